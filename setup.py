@@ -1,0 +1,71 @@
+"""What the package declares to pip and colcon alike."""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'ur5_ros'
+
+
+def shared(folder: str, pattern: str) -> tuple[str, list[str]]:
+    """Return a data_files entry that installs ``folder`` below the share folder."""
+    return (f'share/{PACKAGE}/{folder}', [str(path) for path in sorted(Path(folder).glob(pattern))])
+
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Simulated torque control of Universal Robots arms in ROS 2, with evidence',
+    long_description=Path('README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    author='ur5_ros maintainers',
+    author_email='maintainers@users.noreply.h-seed-7fe2c4e5.example',
+    maintainer='ur5_ros maintainers',
+    maintainer_email='maintainers@users.noreply.h-seed-7fe2c4e5.example',
+    license='Apache-2.0',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={PACKAGE: ['py.typed', '**/*.html', '**/*.js', '**/*.css', '**/*.msg']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        shared('config', '*.*'),
+        shared('config/arms', '*.yaml'),
+        shared('config/experiments', '*.yaml'),
+        shared('config/sweeps', '*.yaml'),
+        shared('launch', '*.launch.py'),
+        # ros2 run and launch look for executables here; pip puts console scripts into bin/ alone.
+        (f'lib/{PACKAGE}', ['scripts/sim_node', 'scripts/control_node', 'scripts/ur5']),
+    ],
+    entry_points={'console_scripts': [
+        'sim_node = ur5_ros.nodes.sim_node:main',
+        'control_node = ur5_ros.nodes.control_node:main',
+        'ur5 = ur5_ros.cli:main',
+    ]},
+    python_requires='>=3.10',
+    install_requires=[
+        'lz4>=4.3',
+        'mcap>=1.6',
+        'numba>=0.60',
+        'numpy>=1.26',
+        'plotly>=6',
+        'pybullet>=3.2.6',
+        'pydantic>=2.7',
+        'pyyaml>=6',
+        'rich>=13',
+        'ruckig>=0.14',
+        'typer>=0.12',
+        'zstandard>=0.22',
+    ],
+    extras_require={
+        # rclpy and the messages from PyPI, for a machine without a ROS 2 installation
+        'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
+        'symbolic': ['sympy>=1.12'],
+        'sweep': ['dask[distributed]>=2024.8', 'polars>=1'],
+        'view': ['viser>=1', 'imageio-ffmpeg>=0.5', 'pillow>=10'],
+        'bench': ['eaik>=1.2', 'mujoco>=3', 'pin>=3', 'rosbags>=0.10', 'mcap-ros2-support>=0.5'],
+        'test': ['colcon-common-extensions', 'hypothesis', 'import-linter', 'mypy', 'psutil',
+                 'pytest', 'pytest-cov', 'pytest-timeout', 'ruff', 'build'],
+        'docs': ['mkdocs-material'],
+    },
+    zip_safe=False,
+)

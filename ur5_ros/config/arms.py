@@ -1,0 +1,176 @@
+"""Arm files: ``config/arms/<name>.yaml`` to :class:`~ur5_ros.model.parameters.ArmParameters`."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from ur5_ros.config.strict_yaml import StrictModel, config_folder, parse_yaml, read_yaml, validate
+from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import ArmParameters, Limits, Payload
+
+Six = Annotated[list[float], Field(min_length=6, max_length=6)]
+Three = Annotated[list[float], Field(min_length=3, max_length=3)]
+Range = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class _Geometry(StrictModel):
+    source: str
+    a: Six
+    d: Six
+    alpha: Six
+
+
+class _Link(StrictModel):
+    name: str
+    mass: float
+    com: Three
+    inertia: Six  # xx, yy, zz, xy, xz, yz
+    source: str
+
+
+class _Sourced(StrictModel):
+    source: str
+    value: Six
+
+
+class _Gravity(StrictModel):
+    source: str
+    value: Three
+
+
+class _Limits(StrictModel):
+    source: str
+    position: Annotated[list[Range | None], Field(min_length=6, max_length=6)]
+    velocity: Six
+    effort: Six
+
+
+class _Payload(StrictModel):
+    mass: float = 0.0
+    com: Three = [0.0, 0.0, 0.0]
+    inertia: Six = [0.0] * 6
+    source: str = ''
+
+
+class _ArmFile(StrictModel):
+    name: str
+    description: str
+    warnings: list[str] = []
+    dh: _Geometry
+    angle_offset: _Sourced
+    links: Annotated[list[_Link], Field(min_length=6, max_length=6)]
+    armature: _Sourced
+    gravity: _Gravity
+    limits: _Limits
+    payload: _Payload = _Payload()
+
+
+def list_arms() -> list[str]:
+    """Return the names of the arms that come with the package."""
+    return sorted(path.stem for path in (config_folder() / 'arms').glob('*.yaml'))
+
+
+def arm_text(name: str) -> str:
+    """
+    Return the YAML text of an arm, to be stored beside what was done with it.
+
+    Parameters
+    ----------
+    name : str
+        A name of :func:`list_arms`, or the path of a file of the same form.
+
+    Raises
+    ------
+    Refusal
+        If there is no such arm.
+
+    """
+    path = _arm_path(name)
+    read_yaml(path)  # refuses what is no text or too large
+    return path.read_text(encoding='utf-8')
+
+
+def load_arm(name: str) -> ArmParameters:
+    """
+    Return an arm from its file.
+
+    Parameters
+    ----------
+    name : str
+        A name of :func:`list_arms`, or the path of a YAML file of the same form.
+
+    Returns
+    -------
+    ArmParameters
+        The record, checked to be physical.
+
+    Raises
+    ------
+    Refusal
+        If there is no such arm, or its file has a missing, unknown or non-physical value.
+
+    """
+    path = _arm_path(name)
+    return _arm_record(read_yaml(path), str(path))
+
+
+def parse_arm(text: str, source: str) -> ArmParameters:
+    """
+    Return an arm from the text of its file, as stored in a bag.
+
+    Raises
+    ------
+    Refusal
+        As :func:`load_arm`.
+
+    """
+    return _arm_record(parse_yaml(text, source), source)
+
+
+def _arm_path(name: str) -> Path:
+    if name.endswith(('.yaml', '.yml')) or '/' in name:
+        path = Path(name).expanduser()
+        if not path.is_file():
+            raise Refusal(f'no arm file {name}; give a path of a YAML file, '
+                          f'or one of: {", ".join(list_arms())}')
+        return path
+    if name not in list_arms():
+        raise Refusal(f'unknown arm {name!r}; give one of: {", ".join(list_arms())}, '
+                      'or the path of a YAML file')
+    return config_folder() / 'arms' / f'{name}.yaml'
+
+
+def _arm_record(data: Any, source: str) -> ArmParameters:
+    file = validate(_ArmFile, data, source)
+    position = [limit if limit is not None else (-np.inf, np.inf)
+                for limit in file.limits.position]
+    try:
+        return ArmParameters(
+            name=file.name,
+            a=np.array(file.dh.a),
+            d=np.array(file.dh.d),
+            alpha=np.array(file.dh.alpha),
+            angle_offset=np.array(file.angle_offset.value),
+            mass=np.array([link.mass for link in file.links]),
+            com=np.array([link.com for link in file.links]),
+            inertia=np.array([_tensor(link.inertia) for link in file.links]),
+            armature=np.array(file.armature.value),
+            gravity=np.array(file.gravity.value),
+            limits=Limits(
+                lower=np.array([low for low, _ in position], dtype=float),
+                upper=np.array([high for _, high in position], dtype=float),
+                velocity=np.array(file.limits.velocity),
+                effort=np.array(file.limits.effort),
+            ),
+            payload=Payload(file.payload.mass, np.array(file.payload.com),
+                            _tensor(file.payload.inertia)),
+        )
+    except ValueError as error:
+        raise Refusal(f'{source}: {error}') from None
+
+
+def _tensor(components: list[float]) -> np.ndarray:
+    xx, yy, zz, xy, xz, yz = components
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -1,0 +1,196 @@
+"""Parameters of the two nodes, declared once: nodes, bags, loop, sweeps and documents read them here."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from ur5_ros.errors import Refusal
+
+HOME = [0.0, -math.pi / 2, math.pi / 2, -math.pi / 2, -math.pi / 2, 0.0]
+
+
+class Parameter(NamedTuple):
+    """One parameter: its default gives its type."""
+
+    name: str
+    default: Any
+    description: str
+    lower: float | None = None
+    upper: float | None = None
+    choices: tuple[str, ...] = ()
+    sizes: tuple[int, ...] = ()
+    """Allowed lengths, for lists."""
+    live: bool = False
+    """Changeable while the node runs."""
+
+
+_SHARED = (
+    Parameter('bag', 'auto', "Where to record: 'auto' (bags/<run>/<node>), a folder, or '' for "
+              'no bag.'),
+    Parameter('max_bagfile_duration', 60.0, 'A bag file is split after this time [s of wall '
+              'clock]; 0 = never.', 0.0, 86400.0),
+    Parameter('max_bagfile_size', 0, 'A bag file is split at this size [bytes]; 0 = never.',
+              0, 2**40),
+    Parameter('tf_prefix', '', 'Put before every joint and frame name.'),
+    Parameter('effort_convention', 'total', 'What a commanded effort means: the whole joint '
+              'torque, or the torque beside gravity, as UR and Franka have it.',
+              choices=('total', 'gravity_excluded')),
+    Parameter('hot_loop', 'wait_set', 'How messages are taken: one kept wait set on raw bytes, '
+              'or the stock executor on message objects; both give the same bits.',
+              choices=('wait_set', 'executor')),
+)
+
+SIM_PARAMETERS = (
+    Parameter('arm', 'ur5', 'Arm to simulate: a name of config/arms or a YAML file.'),
+    *_SHARED,
+    Parameter('gui', False, "Open PyBullet's window."),
+    Parameter('lockstep', True, 'Simulated time waits for the answer to each state.'),
+    Parameter('lockstep_timeout', 10.0, 'Wall-clock wait for an answer before the fallback '
+              'takes over [s]; 0 = for ever.', 0.0, 86400.0),
+    Parameter('realtime_factor', 1.0, 'Simulated per wall time when paced; 0 = as fast as it '
+              'goes.', 0.0, 1000.0),
+    Parameter('control_rate', 1000, 'Control periods a simulated second [Hz].', 1, 10000),
+    Parameter('physics_rate', 1000, 'Physics steps a simulated second [Hz]; a whole multiple '
+              'of control_rate.', 1, 100000),
+    Parameter('stop_after', 0.0, 'Stop after this simulated time [s]; 0 = never.', 0.0, 1e7),
+    Parameter('command_timeout', 0.04, 'Age at which a stamped command is too old when paced '
+              '[simulated s].', 0.0, 3600.0),
+    Parameter('fallback', 'brake', 'What acts when no valid command does.',
+              choices=('brake', 'gravity_compensation', 'zero_torque'), live=True),
+    Parameter('overspeed_stop', False, 'A joint beyond its velocity limit stops the run like a '
+              'protective stop, until ~/reset.', live=True),
+    Parameter('initial_positions', HOME, 'Joint positions of state 1 [rad].', -1e3, 1e3,
+              sizes=(6,)),
+    Parameter('initial_velocities', [0.0] * 6, 'Joint velocities of state 1 [rad/s].', -100.0,
+              100.0, sizes=(6,)),
+    Parameter('publish_clock', True, 'Publish /clock; false for a second simulator.'),
+    Parameter('wrench_duration', 0.0, 'An external wrench ends after this simulated time [s]; '
+              '0 = until a zero one comes.', 0.0, 1e7, live=True),
+    Parameter('payload.mass', 0.0, 'Mass fixed to the tool that the arm record does not declare '
+              '[kg].', 0.0, 1000.0, live=True),
+    Parameter('payload.com', [0.0] * 3, 'Its centre of mass in tool0 [m].', -10.0, 10.0,
+              sizes=(3,), live=True),
+    Parameter('friction.viscous', [0.0] * 6, 'Viscous joint friction [N m s/rad].', 0.0, 1e4,
+              sizes=(6,), live=True),
+    Parameter('friction.coulomb', [0.0] * 6, 'Coulomb joint friction [N m].', 0.0, 1e4,
+              sizes=(6,), live=True),
+    Parameter('noise.position', 0.0, 'Standard deviation of the encoder position [rad].', 0.0,
+              1.0, live=True),
+    Parameter('noise.velocity', 0.0, 'Standard deviation of the measured velocity [rad/s].', 0.0,
+              10.0, live=True),
+    Parameter('delay.command_periods', 0, 'A command acts this many control periods later.', 0,
+              1000, live=True),
+    Parameter('delay.state_periods', 0, 'A state is published this many control periods later.',
+              0, 1000, live=True),
+    Parameter('seed', 0, 'Seed of the noise.', 0, 2**31 - 1, live=True),
+    Parameter('gravity', [], "Gravitational acceleration in base [m/s^2]; empty = the arm's.",
+              -1000.0, 1000.0, sizes=(0, 3), live=True),
+)
+
+CONTROL_PARAMETERS = (
+    Parameter('arm', 'ur5', "The law's arm: a name of config/arms or a YAML file; another one "
+              "than the simulator's is the robustness experiment."),
+    *_SHARED,
+    Parameter('mode', 'computed_torque', 'The law.',
+              choices=('computed_torque', 'gravity_pd', 'pd', 'impedance'), live=True),
+    Parameter('kp', [10.0], 'Position gain: 1, 6 or 36 numbers, row-major.', -1e9, 1e9,
+              sizes=(1, 6, 36), live=True),
+    Parameter('kd', [10.0], 'Velocity gain: 1, 6 or 36 numbers, row-major.', -1e9, 1e9,
+              sizes=(1, 6, 36), live=True),
+    Parameter('experiment', '', 'Experiment: a name of config/experiments or a YAML file.'),
+    Parameter('autostart', False, 'Start the experiment at the first state answered.'),
+    Parameter('max_velocity', [1.0], 'Joint speed of point-to-point motion [rad/s]: 1 or 6 '
+              'numbers.', 1e-6, 100.0, sizes=(1, 6), live=True),
+    Parameter('max_acceleration', [2.0], 'Joint acceleration of point-to-point motion '
+              '[rad/s^2]: 1 or 6 numbers.', 1e-6, 1e4, sizes=(1, 6), live=True),
+    Parameter('max_jerk', [20.0], 'Joint jerk of point-to-point motion [rad/s^3]: 1 or 6 '
+              'numbers.', 1e-6, 1e6, sizes=(1, 6), live=True),
+    Parameter('max_joint_jump', 3.2, 'A target whose nearest solution lies further away on a '
+              'joint is refused [rad].', 1e-6, 100.0, live=True),
+    Parameter('singularity_margin', 0.02, 'A path that comes nearer to a singularity is '
+              'refused (smallest of |sin q5|, |sin q3|, |wrist centre to axis 1| / reach).', 0.0,
+              1.0, live=True),
+    Parameter('tool_speed', 0.1, 'Speed along a path without stamps [m/s].', 1e-6, 10.0,
+              live=True),
+    Parameter('torque_rate_limit', 0.0, 'Highest change of a commanded torque [N m/s]; 0 = '
+              'none.', 0.0, 1e9, live=True),
+    Parameter('allow_nonzero_velocity_at_trajectory_end', False, 'As in the '
+              'joint_trajectory_controller.', live=True),
+    Parameter('constraints.goal_time', 2.0, 'Extra time to reach a goal [s]; 0 = no limit.', 0.0,
+              1e6, live=True),
+    Parameter('constraints.trajectory', 0.2, 'Largest joint error while following an action '
+              'goal [rad]; 0 = none.', 0.0, 100.0, live=True),
+    Parameter('constraints.goal', 0.1, 'Largest joint error at the end of an action goal [rad]; '
+              '0 = none.', 0.0, 100.0, live=True),
+    Parameter('state_timeout', 1.0, 'Wall-clock silence after which the states are reported '
+              'missing [s].', 1e-3, 86400.0, live=True),
+    Parameter('max_state_jump', 0.5, 'A joint that moves further between two states is not '
+              'believed [rad].', 1e-6, 1e3, live=True),
+    Parameter('monitor_rate', 50.0, 'Rate of ~/error, ~/tool_pose, ~/reference_pose and '
+              '~/torque_parts [Hz of simulated time]; 0 = never.', 0.0, 10000.0),
+)
+
+
+def check(parameter: Parameter, value: Any) -> Any:
+    """
+    Return ``value`` in the type of the parameter.
+
+    Raises
+    ------
+    Refusal
+        If type, length, range or choice is wrong, or a number is not finite.
+
+    """
+    default, name = parameter.default, parameter.name
+    if isinstance(default, bool):
+        if not isinstance(value, bool):
+            raise Refusal(f'{name} is {value!r}; give true or false')
+        return value
+    if isinstance(default, str):
+        if not isinstance(value, str):
+            raise Refusal(f'{name} is {value!r}; give a text')
+        if parameter.choices and value not in parameter.choices:
+            raise Refusal(f'{name} is {value!r}; give one of: {", ".join(parameter.choices)}')
+        return value
+    if isinstance(default, list):
+        if isinstance(value, int | float) and not isinstance(value, bool) and 1 in parameter.sizes:
+            value = [value]
+        if isinstance(value, str | bytes | Mapping) or not hasattr(value, '__len__'):
+            raise Refusal(f'{name} is {value!r}; give a list of numbers')
+        if len(value) not in parameter.sizes:
+            sizes = ' or '.join(str(size) for size in parameter.sizes)
+            raise Refusal(f'{name} has {len(value)} numbers; give {sizes}')
+        return [_number(parameter, item, float) for item in value]
+    return _number(parameter, value, type(default))
+
+
+def complete(parameters: tuple[Parameter, ...], given: Mapping[str, Any]) -> dict[str, Any]:
+    """
+    Return a value for every parameter: the given ones checked, the others by default.
+
+    Raises
+    ------
+    Refusal
+        If a name is unknown or a value is refused by :func:`check`.
+
+    """
+    known = {parameter.name: parameter for parameter in parameters}
+    for name in given:
+        if name not in known:
+            raise Refusal(f'unknown parameter {name!r}; the parameters are: '
+                          f'{", ".join(sorted(known))}')
+    return {name: check(parameter, given[name]) if name in given else parameter.default
+            for name, parameter in known.items()}
+
+
+def _number(parameter: Parameter, value: Any, kind: type) -> float | int:
+    name = parameter.name
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise Refusal(f'{name} is {value!r}; give a number')
+    if not math.isfinite(value):
+        raise Refusal(f'{name} is {value}; give a finite number')
+    if kind is int and value != int(value):
+        raise Refusal(f'{name} is {value}; give a whole number')
+    if not parameter.lower <= value <= parameter.upper:
+        raise Refusal(f'{name} is {value}; give {parameter.lower:g} to {parameter.upper:g}')
+    return kind(value)

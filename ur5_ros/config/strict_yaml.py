@@ -1,0 +1,155 @@
+"""YAML read strictly: no doubled key, no alias, no deep nest, no tag, bounded size."""
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from ur5_ros.errors import Refusal
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 20
+
+
+class StrictModel(BaseModel):
+    """Base of the file schemas: unknown keys, NaN and infinity are refused, nothing is coerced."""
+
+    model_config = ConfigDict(extra='forbid', allow_inf_nan=False, frozen=True)
+
+
+@cache
+def config_folder() -> Path:
+    """
+    Return the folder ``config`` of the package: the checkout's, or the installed share folder.
+
+    Raises
+    ------
+    Refusal
+        If the installation has lost its share folder.
+
+    """
+    here = Path(__file__).resolve()
+    checkout = here.parents[2]
+    if (checkout / 'package.xml').is_file() and (checkout / 'config' / 'arms').is_dir():
+        return checkout / 'config'
+    for prefix in here.parents:
+        shared = prefix / 'share' / 'ur5_ros' / 'config'
+        if (shared / 'arms').is_dir():
+            return shared
+    raise Refusal(f'no folder share/ur5_ros/config above {here}; install the package again')
+
+
+class _Loader(yaml.SafeLoader):
+    """SafeLoader that refuses what would be silently lost or could blow up."""
+
+    depth = 0
+
+    def compose_node(self, parent, index):
+        if self.check_event(yaml.events.AliasEvent):
+            event = self.peek_event()
+            raise Refusal(f'line {event.start_mark.line + 1}: alias *{event.anchor}; '
+                          'write the value out')
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise Refusal(f'nested deeper than {MAX_DEPTH} levels; make it flatter')
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def construct_mapping(self, node, deep=False):
+        seen = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, str):
+                raise Refusal(f'line {key_node.start_mark.line + 1}: key {key!r} is not a text; '
+                              'put it in quotes')
+            if key in seen:
+                raise Refusal(f'line {key_node.start_mark.line + 1}: key {key!r} stands twice; '
+                              'remove one')
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def parse_yaml(text: str, source: str) -> Any:
+    """
+    Return what a YAML text says.
+
+    Parameters
+    ----------
+    text : str
+        The document.
+    source : str
+        What to call it in messages.
+
+    Returns
+    -------
+    Any
+        Dicts, lists, strings, numbers, booleans, None.
+
+    Raises
+    ------
+    Refusal
+        If it is no YAML, too large, too deep, or uses aliases, tags or doubled keys.
+
+    """
+    if len(text) > MAX_BYTES:
+        raise Refusal(f'{source}: {len(text)} characters; at most {MAX_BYTES} are read')
+    loader = None
+    try:
+        loader = _Loader(text)
+        return loader.get_single_data()
+    except Refusal as error:
+        raise Refusal(f'{source}: {error}') from None
+    except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
+        mark = getattr(error, 'problem_mark', None)
+        place = f', line {mark.line + 1}' if mark else ''
+        problem = getattr(error, 'problem', None) or str(error).partition('\n')[0]
+        raise Refusal(f'{source}{place}: not valid YAML: {problem}') from None
+    finally:
+        if loader is not None:
+            loader.dispose()
+
+
+def read_yaml(path: Path) -> Any:
+    """
+    Return what a YAML file says; see :func:`parse_yaml`.
+
+    Raises
+    ------
+    Refusal
+        If the file cannot be read or is not strict YAML.
+
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise Refusal(f'{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read')
+        text = path.read_text(encoding='utf-8')
+    except OSError as error:
+        raise Refusal(f'{path}: cannot be read: {error.strerror}') from None
+    except UnicodeDecodeError:
+        raise Refusal(f'{path}: not a text file; give YAML in UTF-8') from None
+    return parse_yaml(text, str(path))
+
+
+def validate(schema: type[StrictModel], data: Any, source: str) -> StrictModel:
+    """
+    Return ``data`` as a record of ``schema``.
+
+    Raises
+    ------
+    Refusal
+        Naming the first key that is missing, unknown or out of range, and how many more.
+
+    """
+    try:
+        return schema.model_validate(data)
+    except ValidationError as error:
+        problems = error.errors(include_url=False)
+        first = problems[0]
+        place = '.'.join(str(part) for part in first['loc']) or 'the document'
+        given = '' if first['type'] == 'missing' else f' (given: {str(first["input"])[:60]!r})'
+        more = f'; {len(problems) - 1} more' if len(problems) > 1 else ''
+        message = first['msg'].removeprefix('Value error, ')
+        raise Refusal(f'{source}: {place}: {message}{given}{more}') from None
