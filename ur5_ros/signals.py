@@ -1,4 +1,4 @@
-"""Values that travel between plant, law, nodes and bags: plain arrays with agreed shapes and units."""
+"""Values that travel between plant, law, nodes and bags: plain arrays of agreed shape and unit."""
 
 from typing import NamedTuple
 

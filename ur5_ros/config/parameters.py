@@ -1,4 +1,4 @@
-"""Parameters of the two nodes, declared once: nodes, bags, loop, sweeps and documents read them here."""
+"""Parameters of the two nodes, declared once for nodes, bags, loop, sweeps and documents."""
 
 import math
 from collections.abc import Mapping

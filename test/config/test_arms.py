@@ -1,0 +1,141 @@
+"""Arm files: every number sourced, every body physical, every mistake refused in one line."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ur5_ros.config import arm_text, config_folder, list_arms, load_arm, parse_arm
+from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import with_payload
+
+REPO = Path(__file__).resolve().parents[2]
+FACTS = REPO.parent / 'shared' / 'facts'
+PROMISED = {'ur5', 'ur5_kebria2016', 'ur5_description', 'ur5_controller', 'ur5_real', 'ur3',
+            'ur10', 'ur3e', 'ur5e', 'ur10e', 'ur16e', 'ur20', 'ur30'}
+
+
+def test_every_promised_arm_is_there():
+    assert set(list_arms()) == PROMISED
+
+
+@pytest.mark.parametrize('name', sorted(PROMISED))
+def test_every_block_of_numbers_names_its_source(name):
+    data = yaml.safe_load(arm_text(name))
+    blocks = [data[key] for key in ('dh', 'angle_offset', 'armature', 'gravity', 'limits')]
+    for block in blocks + data['links']:
+        assert len(block['source']) > 15
+
+
+@pytest.mark.parametrize('name', sorted(PROMISED))
+def test_record_is_frozen_and_named(name):
+    arm = load_arm(name)
+    assert arm.name == name
+    with pytest.raises(ValueError, match='read-only'):
+        arm.mass[0] = 1.0
+    assert arm.has_tensors == (name != 'ur5_controller')
+
+
+@pytest.mark.skipif(not FACTS.is_dir(), reason='facts folder not beside the checkout')
+@pytest.mark.parametrize('name', ['ur3', 'ur10', 'ur3e', 'ur5e', 'ur10e', 'ur16e', 'ur20',
+                                  'ur30', 'ur5_description'])
+def test_family_numbers_equal_the_published_table(name):
+    robots = json.loads((FACTS / 'ur_family.json').read_text())['robots']
+    robot = robots['ur5' if name == 'ur5_description' else name]
+    arm = load_arm(name)
+    assert np.array_equal(arm.a, robot['dh_manufacturer']['a'])
+    assert np.array_equal(arm.d, robot['dh_manufacturer']['d'])
+    for i, link in enumerate(robot['links']):
+        assert arm.mass[i] == link['mass']
+        assert np.array_equal(arm.com[i], link['com_manufacturer_std_dh_frame'])
+        assert np.array_equal(arm.inertia[i], link['inertia_com_std_dh_axes'])
+
+
+def test_payload_moves_the_common_centre_of_mass_and_keeps_the_moment():
+    arm = load_arm('ur5')
+    loaded = with_payload(arm, 2.0, [0.0, 0.01, 0.05], np.diag([0.01, 0.012, 0.013]))
+    mass, com, inertia = loaded.bodies
+    assert mass[5] == arm.mass[5] + 2.0
+    moment = arm.mass[5] * arm.com[5] + 2.0 * np.array([0.0, 0.01, 0.05])
+    assert np.allclose(mass[5] * com[5], moment, atol=1e-15)
+    # the second moment about the frame's origin is the sum of the bodies' own
+    def about_origin(m, c, tensor):
+        return tensor + m * (c @ c * np.eye(3) - np.outer(c, c))
+    parts = (about_origin(arm.mass[5], arm.com[5], arm.inertia[5])
+             + about_origin(2.0, np.array([0.0, 0.01, 0.05]), np.diag([0.01, 0.012, 0.013])))
+    assert np.allclose(about_origin(mass[5], com[5], inertia[5]), parts, atol=1e-15)
+
+
+def mutated(path: list, value) -> str:
+    data = yaml.safe_load(arm_text('ur5'))
+    node = data
+    for key in path[:-1]:
+        node = node[key]
+    if value is None:
+        del node[path[-1]]
+    else:
+        node[path[-1]] = value
+    return yaml.safe_dump(data)
+
+
+@pytest.mark.parametrize(('path', 'value', 'words'), [
+    (['links', 2, 'mass'], None, 'links.2.mass: Field required'),
+    (['links', 2, 'mass'], -2.275, 'mass of link 3 is -2.275 kg; give more than zero'),
+    (['links', 2, 'mass'], float('nan'), 'links.2.mass'),
+    (['links', 2, 'mass'], '2,275', 'links.2.mass'),
+    (['links', 1, 'inertia'], [0.0078, 0.0021, 0.0021, 0.0, 0.0, 0.0], 'sum of the others'),
+    (['links', 1, 'inertia'], [0.0078, -0.21, 0.21, 0.0, 0.0, 0.0], 'principal moment'),
+    (['links', 1, 'inertia'], [0.0] * 6, 'point mass'),
+    (['armature', 'value'], [-1.0] + [0.0] * 5, 'armature'),
+    (['dh', 'a'], [0.0] * 6, 'a2, a3'),
+    (['dh', 'alpha'], [0.0] * 6, 'UR twists'),
+    (['dh', 'b'], [0.0] * 6, 'dh.b'),
+    (['limits', 'effort'], [150.0] * 5 + [0.0], 'effort limit of joint 6'),
+    (['limits', 'position'], [[1.0, -1.0] for _ in range(6)], 'lower must be less'),
+    (['gravity', 'value'], [0.0, 0.0], 'gravity.value'),
+])
+def test_a_file_that_is_no_arm_is_refused_in_one_line(path, value, words):
+    with pytest.raises(Refusal, match=re.escape(words)) as refusal:
+        parse_arm(mutated(path, value), 'my_arm.yaml')
+    message = str(refusal.value)
+    assert message.startswith('my_arm.yaml: ')
+    assert '\n' not in message
+
+
+@pytest.mark.parametrize(('text', 'words'), [
+    ('', 'valid dictionary'),
+    ('a: 1\na: 2\n', "key 'a' stands twice"),
+    ('a: &x [1]\nb: *x\n', 'alias *x'),
+    ('a: !!python/object/apply:os.system [ls]\n', 'not valid YAML'),
+    ('[' * 5000, 'nested deeper'),
+    ('a: [1, 2', 'not valid YAML'),
+    ('\x00', 'not valid YAML'),
+    ('1: 2', 'is not a text'),
+])
+def test_hostile_yaml_is_refused_in_one_line(text, words):
+    with pytest.raises(Refusal, match=re.escape(words)) as refusal:
+        parse_arm(text, 'bad.yaml')
+    assert '\n' not in str(refusal.value)
+
+
+def test_an_unknown_arm_is_answered_with_the_known_ones():
+    with pytest.raises(Refusal, match='unknown arm .ur7.; give one of: ur10, '):
+        load_arm('ur7')
+    with pytest.raises(Refusal, match='no arm file'):
+        load_arm('/no/such/arm.yaml')
+
+
+@given(st.text(max_size=300) | st.binary(max_size=300).map(lambda b: b.decode('latin-1')))
+@settings(max_examples=300, deadline=None)
+def test_no_text_gets_past_the_parser_as_anything_but_a_refusal(text):
+    with pytest.raises(Refusal):
+        parse_arm(text, 'fuzz.yaml')
+
+
+def test_the_folder_found_is_the_one_of_this_checkout():
+    assert config_folder() == REPO / 'config'
