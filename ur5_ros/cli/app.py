@@ -1,0 +1,210 @@
+"""Every command of ``ur5`` with its options; the work is imported when it is asked for."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name='ur5', rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=True,
+    context_settings={'help_option_names': ['-h', '--help'], 'max_content_width': 99},
+    help='Simulated torque control of UR arms in ROS 2, with evidence. Exit codes: 0 yes; '
+         '1 judged and failed, or different; 2 bad input; 3 done, with loss.')
+
+Run = Annotated[Path, typer.Argument(metavar='RUN', help='Run folder.', show_default=False)]
+ArmName = Annotated[str | None, typer.Option(
+    '--arm', metavar='NAME', help='Arm of the simulator, where the bag does not say.')]
+ControlArm = Annotated[str | None, typer.Option(
+    '--control-arm', metavar='NAME', help="The law's arm, where the bag does not say.")]
+Json = Annotated[Path | None, typer.Option('--json', metavar='FILE', help='Result as JSON.')]
+Html = Annotated[Path | None, typer.Option('--html', metavar='FILE', help='Report, one file.')]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from ur5_ros import __version__
+        print(f'ur5 {__version__}')
+        raise typer.Exit()
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option(
+        '--version', callback=_show_version, is_eager=True, help='Show the version and exit.',
+    )] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def demo(
+    experiment: Annotated[str, typer.Option(
+        metavar='NAME', help='Experiment: a name of config/experiments or a file.',
+    )] = 'kebria_fig11',
+    arm: Annotated[str, typer.Option(metavar='NAME', help='Arm to simulate.')] = 'ur5',
+    control_arm: Annotated[str | None, typer.Option(
+        metavar='NAME', help="The law's arm; another one is the robustness experiment.")] = None,
+    control_rate: Annotated[int, typer.Option(metavar='HZ', help='Control periods a second.')]
+    = 1000,
+    run: Annotated[Path | None, typer.Option(
+        metavar='FOLDER', help='Run folder; it must not exist.')] = None,
+    gui: Annotated[bool, typer.Option('--gui', help="Open PyBullet's window.")] = False,
+) -> int:
+    """Run both nodes on the paper's experiment and judge it."""
+    from ur5_ros.cli import demo as work
+    return work.demo(experiment, arm, control_arm, control_rate, run, gui)
+
+
+@app.command()
+def validate(
+    run: Annotated[Path | None, typer.Argument(
+        metavar='RUN', help='Run folder; the newest below bags/ if none is given.')] = None,
+    folder: Annotated[Path | None, typer.Option(
+        '--all', metavar='FOLDER', help='Every run below a folder.')] = None,
+    arm: ArmName = None,
+    control_arm: ControlArm = None,
+    kp: Annotated[str | None, typer.Option(
+        metavar='N[,N...]', help='Position gain, where the bag does not say: 1, 6 or 36.')] = None,
+    kd: Annotated[str | None, typer.Option(
+        metavar='N[,N...]', help='Velocity gain, likewise.')] = None,
+    json: Json = None,
+    html: Html = None,
+    junit: Annotated[Path | None, typer.Option(
+        '--junit', metavar='FILE', help='Result as JUnit XML.')] = None,
+) -> int:
+    """Judge a run from its bags alone."""
+    from ur5_ros.cli import judge
+    return judge.validate(run, folder, arm, control_arm, kp, kd, json, html, junit)
+
+
+@app.command()
+def compare(
+    run_a: Annotated[Path, typer.Argument(metavar='RUN_A', show_default=False)],
+    run_b: Annotated[Path, typer.Argument(metavar='RUN_B', show_default=False)],
+    json: Json = None,
+) -> int:
+    """Tell whether two runs are the same, and where they part."""
+    from ur5_ros.cli import judge
+    return judge.compare(run_a, run_b, json)
+
+
+@app.command()
+def replay(
+    run: Run,
+    rate: Annotated[float, typer.Option(metavar='R', help='Times real time.')] = 1.0,
+    topics: Annotated[list[str] | None, typer.Option(
+        metavar='TOPIC', help='Only this topic; repeat for more.')] = None,
+    loop: Annotated[bool, typer.Option('--loop', help='Start again at the end.')] = False,
+    start: Annotated[float, typer.Option(metavar='S', help='Start here [s].')] = 0.0,
+    stop: Annotated[float | None, typer.Option(metavar='S', help='Stop here [s].')] = None,
+    clock: Annotated[bool, typer.Option(help='Publish /clock.')] = True,
+) -> int:
+    """Publish a bag's messages on their topics."""
+    from ur5_ros.cli import bags
+    return bags.replay(run, rate, topics, loop, start, stop, clock)
+
+
+@app.command()
+def resimulate(run: Run, json: Json = None) -> int:
+    """Play recorded commands into a new simulator: the same states?"""
+    from ur5_ros.cli import repeat
+    return repeat.resimulate(run, json)
+
+
+@app.command()
+def recontrol(run: Run, json: Json = None) -> int:
+    """Play recorded states into the law: the same commands?"""
+    from ur5_ros.cli import repeat
+    return repeat.recontrol(run, json)
+
+
+@app.command('import')
+def import_(
+    log: Annotated[Path, typer.Argument(metavar='LOG.csv[.gz]', show_default=False)],
+    out: Annotated[Path, typer.Option(
+        '--out', metavar='RUN', help='Run folder to write.', show_default=False)],
+    arm: Annotated[str, typer.Option(metavar='NAME', help='Arm that the log is of.')]
+    = 'ur5_controller',
+) -> int:
+    """Turn a robot's own log into a bag."""
+    from ur5_ros.cli import bags
+    return bags.import_log(log, out, arm)
+
+
+@app.command()
+def identify(
+    runs: Annotated[list[Path], typer.Argument(metavar='RUN...', show_default=False)],
+    out: Annotated[Path | None, typer.Option(
+        '-o', '--out', metavar='FILE', help='Arm file to write.')] = None,
+    test: Annotated[Path | None, typer.Option(
+        '--test', metavar='RUN', help='Run that the result is tried on.')] = None,
+    arm: ArmName = None,
+    json: Json = None,
+) -> int:
+    """Fit inertial and friction parameters, with errors."""
+    from ur5_ros.cli import identification
+    return identification.identify(runs, out, test, arm, json)
+
+
+@app.command()
+def recover(
+    run: Run,
+    out: Annotated[Path | None, typer.Option(
+        '-o', '--out', metavar='FOLDER', help='Where to write; RUN_recovered by default.')] = None,
+) -> int:
+    """Mend a bag that a crash left; the original stays."""
+    from ur5_ros.cli import bags
+    return bags.recover(run, out)
+
+
+@app.command()
+def sweep(
+    spec: Annotated[str, typer.Argument(
+        metavar='SPEC.yaml|report', help='What to run; or "report" and a sweep folder.',
+        show_default=False)],
+    folder: Annotated[Path | None, typer.Argument(
+        metavar='FOLDER', help='The sweep folder that "report" draws.')] = None,
+    out: Annotated[Path | None, typer.Option(
+        '-o', '--out', metavar='FOLDER', help='Sweep folder; sweeps/NAME by default.')] = None,
+    scheduler: Annotated[str | None, typer.Option(
+        metavar='ADDRESS', help='Dask scheduler; all cores here if none is given.')] = None,
+    workers: Annotated[int | None, typer.Option(
+        metavar='N', help='Worker processes here; one a core if not given.')] = None,
+) -> int:
+    """Run thousands of runs; the same command resumes."""
+    from ur5_ros.cli import sweeps
+    if spec == 'report':
+        return sweeps.report(folder)
+    return sweeps.sweep(spec, folder, out, scheduler, workers)
+
+
+@app.command()
+def view(
+    run: Annotated[Path | None, typer.Argument(metavar='RUN', help='Run folder.')] = None,
+    live: Annotated[bool, typer.Option('--live', help='Show what runs now.')] = False,
+    port: Annotated[int, typer.Option(metavar='N', help='Port on this machine.')] = 8080,
+) -> int:
+    """Show the arm in the browser."""
+    from ur5_ros.cli import pictures
+    return pictures.view(run, live, port)
+
+
+@app.command()
+def render(
+    run: Run,
+    out: Annotated[Path, typer.Option(
+        '-o', '--out', metavar='FILE', help='.mp4 or .png.', show_default=False)],
+) -> int:
+    """Make a video or a picture, off screen."""
+    from ur5_ros.cli import pictures
+    return pictures.render(run, out)
+
+
+@app.command()
+def urdf(
+    arm: Annotated[str, typer.Option(metavar='NAME', help='Arm: a name or a file.')] = 'ur5',
+    tf_prefix: Annotated[str, typer.Option(metavar='TEXT', help='Put before every name.')] = '',
+) -> int:
+    """Print the URDF that everything uses, made from the arm file."""
+    from ur5_ros.cli import pictures
+    return pictures.urdf(arm, tf_prefix)

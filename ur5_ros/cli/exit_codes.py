@@ -1,0 +1,12 @@
+"""What the exit code of a command means."""
+
+YES = 0
+"""Done; or judged and passed; or the same."""
+NO = 1
+"""Judged and failed; or different; or incomplete."""
+BAD_INPUT = 2
+"""Bad input or usage; nothing readable."""
+WITH_LOSS = 3
+"""Done, with loss."""
+INTERRUPTED = 130
+"""Ended by Ctrl-C."""

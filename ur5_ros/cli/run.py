@@ -1,0 +1,71 @@
+"""One command line from its arguments to its exit code."""
+
+import os
+import sys
+
+import typer
+
+from ur5_ros.cli.app import app
+from ur5_ros.cli.exit_codes import BAD_INPUT, INTERRUPTED, YES
+from ur5_ros.errors import Refusal
+
+_USAGE_ERROR = typer.BadParameter.__mro__[2]  # ClickException, wherever this typer keeps it
+
+
+def run(arguments: list[str]) -> int:
+    """
+    Run one command line.
+
+    Parameters
+    ----------
+    arguments : list of str
+        What follows the name of the command.
+
+    Returns
+    -------
+    int
+        The exit code; a user's mistake is one line on stderr and code 2, never a traceback.
+
+    """
+    try:
+        code = app(args=arguments, prog_name='ur5', standalone_mode=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else YES
+    except Refusal as refusal:
+        return _complain(str(refusal), BAD_INPUT)
+    except _USAGE_ERROR as error:
+        context = getattr(error, 'ctx', None)
+        command = context.command_path if context else 'ur5'
+        text = error.format_message()
+        if not arguments or type(error).__name__ == 'NoArgsIsHelpError':
+            print(text)
+            return BAD_INPUT
+        return _complain(f'{text.rstrip(".")}; see {command} --help', BAD_INPUT)
+    except (KeyboardInterrupt, typer.Abort):
+        return _complain('interrupted', INTERRUPTED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BAD_INPUT
+    except ImportError as error:
+        return _complain(f'{error.name or error} cannot be imported; {_extra(error.name)}',
+                         BAD_INPUT)
+    except OSError as error:
+        where = f'{error.filename}: ' if error.filename else ''
+        return _complain(f'{where}{error.strerror or error}', BAD_INPUT)
+
+
+def _complain(text: str, code: int) -> int:
+    line = ' '.join(text.split())
+    if sys.stderr.isatty():
+        line = f'\x1b[31mur5:\x1b[0m {line}'
+    else:
+        line = f'ur5: {line}'
+    print(line, file=sys.stderr)
+    return code
+
+
+def _extra(module: str | None) -> str:
+    extras = {'rclpy': 'ros', 'dask': 'sweep', 'distributed': 'sweep', 'polars': 'sweep',
+              'viser': 'view', 'imageio_ffmpeg': 'view', 'PIL': 'view'}
+    extra = extras.get((module or '').partition('.')[0])
+    return f"pip install 'ur5_ros[{extra}]'" if extra else 'install the package again'
