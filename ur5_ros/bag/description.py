@@ -1,0 +1,69 @@
+"""What a bag says about itself, the same for the nodes and for the loop without ROS."""
+
+import json
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+#: Version of the description and of the summary.
+FORMAT = '1'
+
+#: Packages whose versions a bag names.
+PACKAGES = ('ur5_ros', 'numpy', 'numba', 'pybullet', 'ruckig', 'rclpy', 'ros-jazzy-rclpy')
+
+
+def describe(
+    node: str,
+    run: str,
+    arm_name: str,
+    arm_text: str,
+    parameters: Mapping[str, Any],
+    topics: Mapping[str, str],
+    fingerprint: Mapping[str, str],
+) -> dict[str, str]:
+    """
+    Return the description that goes into a bag's metadata record and its metadata.yaml.
+
+    Parameters
+    ----------
+    node : str
+        ``'sim'`` or ``'control'``.
+    run : str
+        Name of the run.
+    arm_name, arm_text : str
+        Name of the arm and the YAML text of its file.
+    parameters : mapping
+        Every parameter of the node with its value at the start.
+    topics : mapping
+        Role to resolved topic name, such as ``{'joint_states': '/joint_states'}``.
+    fingerprint : mapping
+        What repeatability to the last bit depends on.
+
+    Returns
+    -------
+    dict of str to str
+        Flat texts; what is no text is JSON.
+
+    """
+    return {
+        'format': FORMAT,
+        'run': run,
+        'node': node,
+        'arm_name': arm_name,
+        'arm': arm_text,
+        'parameters': json.dumps(dict(parameters), sort_keys=True),
+        'versions': json.dumps(_versions(), sort_keys=True),
+        'fingerprint': json.dumps(dict(fingerprint), sort_keys=True),
+        'seed': str(parameters.get('seed', 0)),
+        'topics': json.dumps(dict(topics), sort_keys=True),
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
