@@ -1,0 +1,79 @@
+# Everything runs in .venv, which each target makes or brings up to date by itself.
+#   make demo    the paper's experiment: two nodes, two bags, the verdict
+#   make test    linters, types, import contracts, every test
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+VENV := .venv
+BIN := $(VENV)/bin
+PYTHON ?= $(firstword $(wildcard $(shell command -v python3.11 2>/dev/null)) python3)
+PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
+# the locks name every package: nothing to resolve, and build tools come from them too
+INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation
+PYTEST := $(BIN)/python -m pytest
+ARGS ?=
+
+.PHONY: help setup setup-all demo test lint types bench faults soak test-browser docs lock clean
+
+help:  ## this list
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
+
+setup: $(VENV)/runtime.stamp  ## .venv with what the nodes and the command ur5 need
+
+setup-all: $(VENV)/all.stamp  ## the same with the test, bench and docs tools
+
+$(VENV)/created.stamp:
+	@echo "Making $(VENV) with $(PYTHON)"
+	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v < (3, 14) or sys.exit(f"Python {v[0]}.{v[1]} found; the ROS packages want 3.10 to 3.13: make PYTHON=/path/to/python3.11")'
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@touch $@
+
+# pip and setuptools first and from the lock: the ones that came with Python may be years old
+$(VENV)/runtime.stamp: requirements/runtime.txt setup.py $(VENV)/created.stamp
+	@echo "Installing $$(grep -c == $<) pinned packages into $(VENV); the first time this takes some minutes"
+	@$(INSTALL) $$(grep -E '^(pip|setuptools)==' $<)
+	@$(INSTALL) -r $<
+	@$(INSTALL) -e .
+	@touch $@
+
+$(VENV)/all.stamp: requirements/all.txt $(VENV)/runtime.stamp
+	@echo "Installing the test, bench and docs tools: $$(grep -c == $<) pinned packages in all"
+	@$(INSTALL) -r $<
+	@touch $@
+
+demo: setup  ## the paper's experiment, judged (ARGS="--arm ur5_real ...")
+	@$(BIN)/ur5 demo $(ARGS)
+
+lint: setup-all  ## ruff and the import contracts
+	$(BIN)/ruff check .
+	$(BIN)/lint-imports
+
+types: setup-all  ## mypy
+	$(BIN)/mypy
+
+test: lint types  ## linters, types, import contracts, every test, coverage
+	$(PYTEST) -q -m 'not browser' --cov=ur5_ros --cov-report=term:skip-covered $(ARGS) </dev/null
+
+test-browser: setup-all  ## the viewer and the report in headless Chromium
+	@command -v chromium >/dev/null || { echo 'No chromium here; on Debian or Ubuntu: apt-get install chromium'; exit 2; }
+	$(PYTEST) -q -m browser $(ARGS) </dev/null
+
+bench: setup-all  ## figures as ratios to references measured in the same run
+	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script $(ARGS); done
+
+faults: setup-all  ## every fault of the catalogue, and the scorecard
+	$(BIN)/python -m benchmarks.faults $(ARGS)
+
+soak: setup-all  ## an hour under watch: memory, lateness, bags (ARGS="--minutes 5")
+	$(BIN)/python -m benchmarks.soak $(ARGS)
+
+docs: setup-all  ## the documents as a site in site/
+	$(BIN)/mkdocs build --strict
+
+lock: setup-all  ## write requirements/*.txt anew
+	$(BIN)/python requirements/lock.py
+
+clean:  ## remove what can be made again, bags apart
+	rm -rf $(VENV) build install log dist site .pytest_cache .mypy_cache .ruff_cache *.egg-info .coverage
