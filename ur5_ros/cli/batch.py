@@ -1,0 +1,84 @@
+"""The command ``ur5 validate --all``: every run below a folder, one line each."""
+
+import json as json_format
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from rich.text import Text
+
+from ur5_ros.analysis.result import FAIL, PASS
+from ur5_ros.cli import terminal
+from ur5_ros.cli.exit_codes import BAD_INPUT, NO, YES
+from ur5_ros.errors import Refusal
+from ur5_ros.loop.judging import UNREADABLE, Judgement, judge_all
+
+
+def runs_below(folder: Path) -> list[Path]:
+    """
+    Return the run folders at or below ``folder``, in order of their names.
+
+    A run is a folder with a bag in it, or with a folder ``sim`` or ``control`` with one.
+
+    """
+    bags = {path.parent for pattern in ('*.mcap', '*.db3') for path in folder.rglob(pattern)}
+    return sorted({bag.parent if bag.name in ('sim', 'control') else bag for bag in bags})
+
+
+def validate_all(
+    folder: Path, given: Mapping[str, Any], json: Path | None, html: Path | None,
+    junit: Path | None,
+) -> int:
+    """Judge every run below a folder; exit 0 if all pass, 2 if none can be read."""
+    if html is not None:
+        raise Refusal('--html with --all: a report shows one run; give --json or --junit, or '
+                      'validate one run')
+    if not folder.is_dir():
+        raise Refusal(f'no folder {folder}; give a folder with runs in it')
+    runs = runs_below(folder)
+    if not runs:
+        raise Refusal(f'no bag below {folder}; give a folder with runs in it')
+    judgements = []
+    with terminal.progress('judging', len(runs), 'runs') as advance:
+        for judgement in judge_all(runs, dict(given)):
+            judgements.append(judgement)
+            advance(len(judgements))
+    judgements.sort(key=lambda judgement: judgement.folder)
+    _show(judgements)
+    if json is not None:
+        json.write_text(json_format.dumps(
+            {'format': 'ur5_ros validation of a folder', 'version': 1, 'folder': str(folder),
+             'runs': [{**judgement._asdict()} for judgement in judgements]}, indent=2) + '\n')
+    if junit is not None:
+        _write_junit(judgements, junit)
+    verdicts = {judgement.verdict for judgement in judgements}
+    if verdicts == {UNREADABLE}:
+        return BAD_INPUT
+    return YES if verdicts == {PASS} else NO
+
+
+def _show(judgements: list[Judgement]) -> None:
+    out = terminal.console()
+    for judgement in judgements:
+        good = judgement.verdict == PASS
+        out.print(Text.assemble(f'{judgement.folder}: ',
+                                (judgement.verdict, 'green' if good else 'bold red'),
+                                '' if good else f'  {judgement.why}'), soft_wrap=True)
+    passed = sum(judgement.verdict == PASS for judgement in judgements)
+    out.print(f'{passed} of {len(judgements)} runs passed')
+
+
+def _write_junit(judgements: list[Judgement], path: Path) -> None:
+    verdicts = [judgement.verdict for judgement in judgements]
+    suite = ElementTree.Element('testsuite', {
+        'name': 'ur5 validate --all', 'tests': str(len(verdicts)),
+        'failures': str(verdicts.count(FAIL)), 'errors': str(verdicts.count(UNREADABLE))})
+    for judgement in judgements:
+        case = ElementTree.SubElement(
+            suite, 'testcase', {'classname': 'ur5.runs', 'name': judgement.folder})
+        if judgement.verdict != PASS:
+            kind = 'error' if judgement.verdict == UNREADABLE else 'failure'
+            ElementTree.SubElement(case, kind, {'message': judgement.why})
+    text = ElementTree.tostring(suite, encoding='unicode', xml_declaration=True)
+    path.write_text(text + '\n', encoding='utf-8')

@@ -1,0 +1,80 @@
+"""Commands that judge bags: validate and compare."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ur5_ros.analysis.report import write_html
+from ur5_ros.analysis.result import Result
+from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.validate import validate as validate_run
+from ur5_ros.bag.folder import newest_run
+from ur5_ros.cli import batch, terminal
+from ur5_ros.cli.exit_codes import NO, YES
+from ur5_ros.config.validation import load_marks
+from ur5_ros.errors import Refusal
+
+#: Where nodes record by default.
+BAGS = Path('bags')
+
+
+def validate(
+    run: Path | None, folder: Path | None, arm: str | None, control_arm: str | None,
+    kp: str | None, kd: str | None, json: Path | None, html: Path | None, junit: Path | None,
+) -> int:
+    """Judge one run or a folder of runs; see ``ur5 validate --help``."""
+    given = {key: value for key, value in {
+        'arm': arm, 'control_arm': control_arm, 'kp': _gain('--kp', kp), 'kd': _gain('--kd', kd),
+    }.items() if value is not None}
+    if folder is not None:
+        if run is not None:
+            raise Refusal(f'{run} and --all {folder}: give one of the two')
+        return batch.validate_all(folder, given, json, html, junit)
+    result = judge(run if run is not None else newest_run(BAGS), given)
+    write(result, json, html, junit)
+    out = terminal.console()
+    terminal.show_result(out, result)
+    for path in (json, html, junit):
+        if path is not None:
+            out.print(f'written: {path}', soft_wrap=True)
+    return YES if result.passed else NO
+
+
+def judge(run: Path, given: Mapping[str, Any] | None = None) -> Result:
+    """
+    Return the result of a run folder.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder, or a bag.
+    given : mapping, optional
+        ``arm``, ``control_arm``, ``kp``, ``kd`` for bags that do not say.
+
+    """
+    return validate_run(load_run(run, **(given or {})), load_marks())
+
+
+def write(result: Result, json: Path | None, html: Path | None, junit: Path | None) -> None:
+    """Write a result to those of the files that are asked for."""
+    for path in (json, html, junit):
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+    if json is not None:
+        json.write_text(result.to_json(), encoding='utf-8')
+    if html is not None:
+        write_html(result, html)
+    if junit is not None:
+        junit.write_text(result.to_junit(), encoding='utf-8')
+
+
+def _gain(option: str, text: str | None) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        values = [float(part) for part in text.replace(',', ' ').split()]
+    except ValueError:
+        values = []
+    if len(values) not in (1, 6, 36):
+        raise Refusal(f'{option} {text!r}: give 1, 6 or 36 numbers, separated by commas')
+    return values

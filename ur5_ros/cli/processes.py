@@ -1,0 +1,172 @@
+"""The two nodes as child processes of a command: private network, one core, an end for each."""
+
+import ctypes
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Any
+
+from ur5_ros.config import config_folder
+from ur5_ros.errors import Refusal
+
+#: Seconds that a node gets to close its bag after being asked to end.
+GRACE = 10.0
+
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+
+
+class NodeProcesses:
+    """
+    Starts nodes and ends every one of them when the ``with`` block ends, however it ends.
+
+    Parameters
+    ----------
+    logs : Path
+        Folder for what the nodes print, one file each.
+    core : int, optional
+        Core that all nodes share; the scheduler's choice if not given.
+
+    """
+
+    def __init__(self, logs: Path, core: int | None = None) -> None:
+        self.logs = logs
+        self.core = core
+        self.environment = private_environment()
+        self._children: dict[str, subprocess.Popen] = {}
+        self._handler: Any = None
+
+    def __enter__(self) -> 'NodeProcesses':
+        self._handler = signal.signal(signal.SIGTERM, _interrupt)
+        return self
+
+    def __exit__(self, kind: type | None, value: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        for name in self._children:
+            self.end(name)
+        signal.signal(signal.SIGTERM, self._handler)
+
+    def start(self, name: str, module: str, parameters: Mapping[str, Any]) -> None:
+        """Start ``python -m module`` with ROS parameters; ``name`` is what it is called here."""
+        arguments = [sys.executable, '-m', module, '--ros-args']
+        for key, value in parameters.items():
+            arguments += ['-p', f'{key}:={_yaml(value)}']
+        with open(self.logs / f'{name}.log', 'wb') as log:
+            child = subprocess.Popen(
+                arguments, env=self.environment, stdin=subprocess.DEVNULL, stdout=log,
+                stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=_die_with_parent)
+        self._children[name] = child
+        if self.core is not None:
+            os.sched_setaffinity(child.pid, {self.core})
+
+    def poll(self, name: str) -> int | None:
+        """Return the exit code of a node, None while it runs."""
+        return self._children[name].poll()
+
+    def end(self, name: str) -> int:
+        """Ask a node to end, insist if it does not, and return its exit code."""
+        child = self._children[name]
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            if child.poll() is not None:
+                break
+            child.send_signal(number)
+            try:
+                child.wait(GRACE)
+            except subprocess.TimeoutExpired:
+                continue
+        return child.wait()
+
+    def wait(self, name: str, seconds: float) -> int | None:
+        """Return the exit code of a node that ends within ``seconds``, None otherwise."""
+        try:
+            return self._children[name].wait(seconds)
+        except subprocess.TimeoutExpired:
+            return None
+
+    def last_words(self, name: str) -> str:
+        """Return the last line that a node printed."""
+        text = (self.logs / f'{name}.log').read_text(errors='replace').strip()
+        return text.splitlines()[-1].strip() if text else 'no output'
+
+
+def private_environment() -> dict[str, str]:
+    """
+    Return the environment of nodes that only see each other, on this machine alone.
+
+    A domain chosen by the user (``ROS_DOMAIN_ID``) is kept.
+
+    """
+    environment = dict(os.environ)
+    environment.setdefault('ROS_DOMAIN_ID', str(free_domain()))
+    environment['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(config_folder() / 'fastdds_loopback.xml')
+    for name in ('FASTDDS_DEFAULT_PROFILES_FILE', 'ROS_AUTOMATIC_DISCOVERY_RANGE',
+                 'ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'):
+        environment.pop(name, None)
+    environment.setdefault('PYTHONUNBUFFERED', '1')
+    return environment
+
+
+def free_domain() -> int:
+    """
+    Return a ROS domain id in which nobody on this machine listens.
+
+    The ports of a domain start at 7400 + 250 domain (DDSI-RTPS 2.5, section 9.6.2.3); domains
+    up to 101 stay below the ports that Linux gives to clients.
+
+    """
+    domains = list(range(1, 102))
+    random.SystemRandom().shuffle(domains)
+    for domain in domains:
+        first = 7400 + 250 * domain
+        if all(_is_free(first + offset) for offset in (0, 10, 11, 12, 13)):
+            return domain
+    raise Refusal('all ROS domains from 1 to 101 are in use on this machine; '
+                  'set ROS_DOMAIN_ID yourself')
+
+
+def _is_free(port: int) -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(('127.0.0.1', port))
+        except OSError:
+            return False
+    return True
+
+
+def last_core() -> int:
+    """Return the last core that this process may use."""
+    return max(os.sched_getaffinity(0))
+
+
+def wait_until(condition: Any, seconds: float, interval: float = 0.05) -> bool:
+    """Return whether ``condition()`` became true within ``seconds``."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(interval)
+    return bool(condition())
+
+
+def _yaml(value: Any) -> str:
+    if isinstance(value, bool):
+        return 'true' if value else 'false'
+    if isinstance(value, list):
+        return '[' + ', '.join(_yaml(item) for item in value) + ']'
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    return repr(value)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def _die_with_parent() -> None:
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)

@@ -1,0 +1,181 @@
+"""A sweep in ten lines of YAML, and the runs that it asks for."""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from ur5_ros.config import config_folder, read_yaml
+from ur5_ros.config.strict_yaml import StrictModel, validate
+from ur5_ros.errors import Refusal
+
+#: Most runs that one sweep may ask for.
+MOST_RUNS = 1_000_000
+
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+Fixed = bool | int | float | str | list[float]
+
+
+class Axis(StrictModel):
+    """Values of one key: a range, or random ones; a plain list of values needs no axis."""
+
+    first: Annotated[float | None, Field(alias='from')] = None
+    last: Annotated[float | None, Field(alias='to')] = None
+    count: Annotated[int | None, Field(ge=1, le=MOST_RUNS)] = None
+    scale: Literal['linear', 'log'] = 'linear'
+    uniform: Pair | None = None
+    log_uniform: Pair | None = None
+    normal: Pair | None = None
+    size: Annotated[int | None, Field(ge=1, le=36)] = None
+
+
+class SweepSpec(StrictModel):
+    """What ``ur5 sweep`` reads; docs/sweeps.md describes every key."""
+
+    name: Annotated[str, Field(pattern=r'^[A-Za-z0-9_.-]+$')]
+    question: str = ''
+    experiment: str = 'kebria_fig11'
+    duration: Annotated[float | None, Field(gt=0.0, le=86400.0)] = None
+    engine: Literal['loop', 'nodes'] = 'loop'
+    keep: Literal['none', 'failures', 'all'] = 'none'
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    samples: Annotated[int, Field(ge=1, le=MOST_RUNS)] = 1
+    success: dict[str, float] = {}
+    fixed: dict[str, Fixed] = {}
+    cases: list[dict[str, Fixed]] = []
+    vary: dict[str, list[Fixed] | Axis] = {}
+
+
+class RunSpec(NamedTuple):
+    """One run of a sweep: small enough to travel, complete enough to be repeated alone."""
+
+    index: int
+    values: dict[str, Any]
+    """Key to value of everything that differs between the runs."""
+
+
+def load_sweep(name: str) -> SweepSpec:
+    """
+    Return a sweep specification.
+
+    Parameters
+    ----------
+    name : str
+        A name of ``config/sweeps``, or the path of a YAML file.
+
+    Raises
+    ------
+    Refusal
+        If there is none, or a key is unknown or a range empty.
+
+    """
+    path = Path(name)
+    if not path.is_file() and '/' not in name and not name.endswith(('.yaml', '.yml')):
+        path = config_folder() / 'sweeps' / f'{name}.yaml'
+    if not path.is_file():
+        known = ', '.join(sorted(p.stem for p in (config_folder() / 'sweeps').glob('*.yaml')))
+        raise Refusal(f'no sweep {name}; give the path of a YAML file, or one of: {known}')
+    spec = validate(SweepSpec, read_yaml(path), str(path))
+    _check(spec, str(path))
+    return spec
+
+
+def expand(spec: SweepSpec) -> Iterator[RunSpec]:
+    """
+    Yield the runs of a sweep: every combination of cases and values, ``samples`` times.
+
+    Random values of run i come from the generator seeded with (seed, i), so that they depend on
+    nothing else.
+
+    """
+    grid = {key: _values(axis) for key, axis in spec.vary.items() if not _is_random(axis)}
+    drawn = {key: axis for key, axis in spec.vary.items() if _is_random(axis)}
+    cases: list[Mapping[str, Any]] = list(spec.cases) or [{}]
+    combinations = itertools.product(cases, *grid.values(), range(spec.samples))
+    for index, (case, *point) in enumerate(combinations):
+        values = {**case, **dict(zip(grid, point, strict=False))}
+        if drawn:
+            random = np.random.default_rng([spec.seed, index])
+            values.update({key: _draw(axis, random) for key, axis in drawn.items()})
+        yield RunSpec(index, values)
+
+
+def number_of_runs(spec: SweepSpec) -> int:
+    """Return how many runs :func:`expand` yields."""
+    sizes = [len(_values(axis)) for axis in spec.vary.values() if not _is_random(axis)]
+    return math.prod(sizes) * spec.samples * max(1, len(spec.cases))
+
+
+def _is_random(axis: list | Axis) -> bool:
+    return isinstance(axis, Axis) and axis.count is None
+
+
+def _values(axis: list | Axis) -> list:
+    if isinstance(axis, list):
+        return axis
+    if axis.scale == 'log':
+        return np.geomspace(axis.first, axis.last, axis.count).tolist()
+    return np.linspace(axis.first, axis.last, axis.count).tolist()
+
+
+def _draw(axis: Axis, random: np.random.Generator) -> float | list[float]:
+    size = axis.size
+    if axis.uniform is not None:
+        value = random.uniform(*axis.uniform, size=size)
+    elif axis.normal is not None:
+        value = random.normal(*axis.normal, size=size)
+    else:
+        value = np.exp(random.uniform(*np.log(axis.log_uniform), size=size))
+    return value.tolist() if isinstance(value, np.ndarray) else float(value)
+
+
+def _check(spec: SweepSpec, source: str) -> None:
+    for key, axis in spec.vary.items():
+        if isinstance(axis, list):
+            if not axis:
+                raise Refusal(f'{source}: vary.{key} is empty; give at least one value')
+        else:
+            _check_axis(f'{source}: vary.{key}', axis)
+        if key in spec.fixed:
+            raise Refusal(f'{source}: {key} stands in fixed and in vary; remove one')
+    for number, case in enumerate(spec.cases):
+        both = (case.keys() & spec.vary.keys()) | (case.keys() & spec.fixed.keys())
+        if both:
+            raise Refusal(f'{source}: {min(both)} of cases.{number} stands in fixed or vary too; '
+                          'remove one')
+        if case.keys() != spec.cases[0].keys():
+            raise Refusal(f'{source}: cases.{number} has the keys {", ".join(sorted(case))}; '
+                          f'give every case {", ".join(sorted(spec.cases[0]))}')
+    runs = number_of_runs(spec)
+    if runs > MOST_RUNS:
+        raise Refusal(f'{source}: {runs} runs; at most {MOST_RUNS}')
+
+
+def _check_axis(where: str, axis: Axis) -> None:
+    random = [name for name in ('uniform', 'log_uniform', 'normal') if getattr(axis, name)]
+    ranged = axis.first is not None or axis.last is not None or axis.count is not None
+    if len(random) + ranged != 1:
+        raise Refusal(f'{where}: give a list, or from, to and count, or one of uniform, '
+                      'log_uniform and normal')
+    if ranged:
+        if axis.first is None or axis.last is None or axis.count is None:
+            raise Refusal(f'{where}: from, to and count go together; give all three')
+        low, high, log = axis.first, axis.last, axis.scale == 'log'
+        if axis.size is not None:
+            raise Refusal(f'{where}: size goes with random values; remove it')
+    else:
+        low, high = getattr(axis, random[0])
+        log = random[0] == 'log_uniform'
+        if random[0] == 'normal':
+            if high < 0.0:
+                raise Refusal(f'{where}: standard deviation {high}; give zero or more')
+            return
+    if low > high or (low == high and not (ranged and axis.count == 1)):
+        raise Refusal(f'{where}: the range {low:g} to {high:g} is empty; '
+                      'give the lower end first')
+    if log and low <= 0.0:
+        raise Refusal(f'{where}: {low:g} on a logarithmic scale; give more than zero')
