@@ -5,18 +5,21 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 PACKAGE = 'ur5_ros'
+# colcon build --symlink-install runs a link to this file in a folder that has not everything
+HERE = Path(__file__).resolve().parent
 
 
 def shared(folder: str, pattern: str) -> tuple[str, list[str]]:
     """Return a data_files entry that installs ``folder`` below the share folder."""
-    return (f'share/{PACKAGE}/{folder}', [str(path) for path in sorted(Path(folder).glob(pattern))])
+    files = sorted(path for path in (HERE / folder).glob(pattern) if path.is_file())
+    return (f'share/{PACKAGE}/{folder}', [str(path.relative_to(HERE)) for path in files])
 
 
 setup(
     name=PACKAGE,
     version='0.1.0',
     description='Simulated torque control of Universal Robots arms in ROS 2, with evidence',
-    long_description=Path('README.md').read_text(encoding='utf-8'),
+    long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     author='ur5_ros maintainers',
     author_email='maintainers@users.noreply.h-seed-7fe2c4e5.example',
@@ -32,6 +35,7 @@ setup(
         shared('config/arms', '*.yaml'),
         shared('config/experiments', '*.yaml'),
         shared('config/sweeps', '*.yaml'),
+        shared('config/layouts', '*.*'),
         shared('launch', '*.launch.py'),
         # ros2 run and launch look for executables here; pip puts console scripts into bin/ alone.
         (f'lib/{PACKAGE}', ['scripts/sim_node', 'scripts/control_node', 'scripts/ur5']),
