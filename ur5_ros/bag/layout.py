@@ -1,0 +1,97 @@
+"""Fixed layouts of CDR messages: what never changes, and where the numbers sit."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+#: Encapsulation header of little-endian plain CDR; its last two bytes are options, ignored.
+LITTLE_ENDIAN = b'\x00\x01\x00\x00'
+
+
+class Layout:
+    """
+    The bytes that all messages of one fixed layout share, and the holes where they differ.
+
+    Padding is written as zeros and ignored when read: other writers leave it uninitialised.
+    Alignment counts from the end of the encapsulation header (OMG CDR, DDS-XTypes 7.4.1).
+
+    """
+
+    def __init__(self) -> None:
+        self.template = bytearray(LITTLE_ENDIAN)
+        self.mask = bytearray(b'\xff\xff\x00\x00')
+        self.holes: dict[str, tuple[int, str, int]] = {}
+        """Name -> (offset, numpy type of one number, count)."""
+
+    def align(self, size: int) -> None:
+        """Pad with zeros up to a multiple of ``size``."""
+        padding = bytes(-(len(self.template) - 4) % size)
+        self.template += padding
+        self.mask += padding
+
+    def count(self, number: int) -> None:
+        """Append the length of a sequence."""
+        self.align(4)
+        self.constant(number.to_bytes(4, 'little'))
+
+    def constant(self, data: bytes) -> None:
+        """Append bytes that every message has."""
+        self.template += data
+        self.mask += b'\xff' * len(data)
+
+    def text(self, text: str) -> None:
+        """Append a string, with its length and the closing zero."""
+        data = text.encode() + b'\0'
+        self.count(len(data))
+        self.constant(data)
+
+    def texts(self, texts: Sequence[str]) -> None:
+        """Append a sequence of strings."""
+        self.count(len(texts))
+        for text in texts:
+            self.text(text)
+
+    def hole(self, name: str, kind: str, number: int) -> None:
+        """Append ``number`` values of numpy type ``kind`` that differ between messages."""
+        if number == 0:
+            return
+        width = np.dtype(kind).itemsize
+        self.align(width)
+        self.holes[name] = (len(self.template), kind, number)
+        self.template += bytes(width * number)
+        self.mask += bytes(width * number)
+
+    def doubles(self, name: str, number: int) -> None:
+        """Append a sequence of ``number`` float64 values."""
+        self.count(number)
+        self.hole(name, '<f8', number)
+
+    def close(self) -> 'Layout':
+        """Prepare for encoding and comparing; nothing is appended afterwards."""
+        self.size = len(self.template)
+        self._mask = int.from_bytes(self.mask, 'little')
+        self._expected = int.from_bytes(self.template, 'little') & self._mask
+        self._parts = []
+        at = 0
+        for offset, kind, number in self.holes.values():
+            end = offset + np.dtype(kind).itemsize * number
+            self._parts += [bytes(self.template[at:offset]), b'']
+            at = end
+        self._parts.append(bytes(self.template[at:]))
+        return self
+
+    def fill(self, holes: Sequence[bytes]) -> bytes:
+        """Return a message: the contents of the holes, in their order, set into the template."""
+        parts = self._parts.copy()
+        parts[1::2] = holes
+        return b''.join(parts)
+
+    def matches(self, data: bytes) -> bool:
+        """Return whether ``data`` has this layout: same size, same names, same lengths."""
+        return (len(data) == self.size
+                and int.from_bytes(data, 'little') & self._mask == self._expected)
+
+    def constants(self) -> list[tuple[int, bytes]]:
+        """Return the parts that every message has: (offset, bytes), padding left out."""
+        edges = np.flatnonzero(np.diff(np.frombuffer(b'\0' + self.mask + b'\0', np.int8)))
+        return [(int(a), bytes(self.template[a:b])) for a, b in edges.reshape(-1, 2)]
