@@ -1,4 +1,4 @@
-"""Write runtime.txt and all.txt: every package with its version, resolved by pip for this Python."""
+"""Write runtime.txt and all.txt: every package with its version, as pip resolves them here."""
 
 import argparse
 import json
