@@ -1,0 +1,175 @@
+"""
+Bare rclpy ping-pong: one JointState each way between two processes, nothing done with it.
+
+The reference of the loop's speed: what the middleware costs by itself.  Two ways of taking: the
+stock SingleThreadedExecutor with message objects, and one wait set kept and re-armed with raw
+bytes.  Publishers and subscriptions are reliable, keep last 1, as in the loop.
+
+    python benchmarks/ping_pong.py --how executor --trips 5000
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from array import array
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import JointState
+
+QOS = QoSProfile(depth=1)
+NAMES = ['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',
+         'wrist_2_joint', 'wrist_3_joint']
+WARM_UP = 200
+
+
+def message() -> JointState:
+    """Return a JointState as large as the loop's."""
+    return JointState(name=NAMES, position=array('d', range(6)), velocity=array('d', range(6)),
+                      effort=array('d', range(6)))
+
+
+class Taker:
+    """A wait set of one subscription, kept and re-armed."""
+
+    def __init__(self, node, subscription):
+        self.handle = subscription.handle
+        self.guard = node.context.handle
+        self.wait_set = _rclpy.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
+
+    def take(self, timeout: float = 2.0) -> bytes | None:
+        """Return the next message's bytes, or None after the timeout [s]."""
+        with self.handle:
+            self.wait_set.clear_entities()
+            self.wait_set.add_subscription(self.handle)
+            self.wait_set.wait(int(timeout * 1e9))
+            taken = self.handle.take_message(JointState, True)
+        return taken[0] if taken else None
+
+
+def pong(how: str) -> None:
+    """Answer every ping until the parent ends this process."""
+    rclpy.init()
+    node = rclpy.create_node('pong')
+    publisher = node.create_publisher(JointState, 'pong', QOS)
+    if how == 'executor':
+        node.create_subscription(
+            JointState, 'ping',
+            lambda state: publisher.publish(JointState(
+                header=state.header, name=state.name, position=state.position,
+                velocity=state.velocity, effort=state.effort)), QOS)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        print('ready', flush=True)
+        executor.spin()
+    subscription = node.create_subscription(JointState, 'ping', lambda _: None, QOS, raw=True)
+    taker = Taker(node, subscription)
+    print('ready', flush=True)
+    while True:
+        data = taker.take(1.0)
+        if data is not None:
+            publisher.publish(data)
+
+
+def ping(how: str, trips: int) -> list[float]:
+    """Return the time of each round trip [s]."""
+    rclpy.init()
+    node = rclpy.create_node('ping')
+    publisher = node.create_publisher(JointState, 'ping', QOS)
+    times: list[float] = []
+    if how == 'executor':
+        answers: list[JointState] = []
+        node.create_subscription(JointState, 'pong', answers.append, QOS)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+
+        def trip() -> bool:
+            answers.clear()
+            publisher.publish(message())
+            limit = time.perf_counter() + 2.0
+            while not answers and time.perf_counter() < limit:
+                executor.spin_once(timeout_sec=2.0)
+            return bool(answers)
+    else:
+        subscription = node.create_subscription(JointState, 'pong', lambda _: None, QOS, raw=True)
+        taker = Taker(node, subscription)
+        data = bytes(serialize_message(message()))
+
+        def trip() -> bool:
+            publisher.publish(data)
+            return taker.take() is not None
+
+    while not (publisher.get_subscription_count() and node.count_publishers('pong')):
+        time.sleep(0.01)
+    for index in range(WARM_UP + trips):
+        start = time.perf_counter()
+        answered = trip()
+        if answered and index >= WARM_UP:
+            times.append(time.perf_counter() - start)
+    return times
+
+
+def measure(how: str, trips: int, core: int | None = None) -> dict[str, float]:
+    """
+    Return what a ping-pong in two fresh processes takes.
+
+    Parameters
+    ----------
+    how : {'executor', 'wait_set'}
+        How messages are taken.
+    trips : int
+        Round trips after the warm-up.
+    core : int, optional
+        Keep both processes on this core.
+
+    Returns
+    -------
+    dict
+        Round trips a second; p50 and p99 of one [s].
+
+    """
+    command = [sys.executable, __file__, '--how', how, '--trips', str(trips)]
+    if core is not None:
+        command += ['--core', str(core)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def main() -> None:
+    """Run one side, or both."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().partition('\n')[0])
+    parser.add_argument('--how', choices=('executor', 'wait_set'), default='executor')
+    parser.add_argument('--trips', type=int, default=5000)
+    parser.add_argument('--core', type=int)
+    parser.add_argument('--pong', action='store_true', help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.core is not None:
+        os.sched_setaffinity(0, {options.core})
+    if options.pong:
+        pong(options.how)
+        return
+    os.environ.setdefault('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))
+    child = subprocess.Popen([sys.executable, __file__, '--pong', '--how', options.how],
+                             stdout=subprocess.PIPE)
+    try:
+        child.stdout.readline()
+        times = ping(options.how, options.trips)
+    finally:
+        child.kill()
+        child.wait()
+    times.sort()
+    print(json.dumps({'per_second': len(times) / sum(times), 'p50': statistics.median(times),
+                      'p99': times[int(0.99 * len(times))], 'answered': len(times)}))
+    sys.stdout.flush()
+    os._exit(0)
+
+
+if __name__ == '__main__':
+    main()
