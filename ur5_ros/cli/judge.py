@@ -14,9 +14,6 @@ from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.config.validation import load_marks
 from ur5_ros.errors import Refusal
 
-#: Where nodes record by default.
-BAGS = Path('bags')
-
 
 def validate(
     run: Path | None, folder: Path | None, arm: str | None, control_arm: str | None,
@@ -30,7 +27,7 @@ def validate(
         if run is not None:
             raise Refusal(f'{run} and --all {folder}: give one of the two')
         return batch.validate_all(folder, given, json, html, junit)
-    result = judge(run if run is not None else newest_run(BAGS), given)
+    result = judge(run if run is not None else newest_run(), given)
     write(result, json, html, junit)
     out = terminal.console()
     terminal.show_result(out, result)

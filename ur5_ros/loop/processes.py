@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -16,7 +15,7 @@ from typing import Any
 from ur5_ros.config import config_folder
 from ur5_ros.errors import Refusal
 
-#: Seconds that a node gets to close its bag after being asked to end.
+#: Wall-clock time that a node gets to close its bag after being asked to end [s].
 GRACE = 10.0
 
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
@@ -30,14 +29,11 @@ class NodeProcesses:
     ----------
     logs : Path
         Folder for what the nodes print, one file each.
-    core : int, optional
-        Core that all nodes share; the scheduler's choice if not given.
 
     """
 
-    def __init__(self, logs: Path, core: int | None = None) -> None:
+    def __init__(self, logs: Path) -> None:
         self.logs = logs
-        self.core = core
         self.environment = private_environment()
         self._children: dict[str, subprocess.Popen] = {}
         self._handler: Any = None
@@ -62,8 +58,6 @@ class NodeProcesses:
                 arguments, env=self.environment, stdin=subprocess.DEVNULL, stdout=log,
                 stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=_die_with_parent)
         self._children[name] = child
-        if self.core is not None:
-            os.sched_setaffinity(child.pid, {self.core})
 
     def poll(self, name: str) -> int | None:
         """Return the exit code of a node, None while it runs."""
@@ -142,16 +136,6 @@ def _is_free(port: int) -> bool:
 def last_core() -> int:
     """Return the last core that this process may use."""
     return max(os.sched_getaffinity(0))
-
-
-def wait_until(condition: Any, seconds: float, interval: float = 0.05) -> bool:
-    """Return whether ``condition()`` became true within ``seconds``."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(interval)
-    return bool(condition())
 
 
 def _yaml(value: Any) -> str:

@@ -1,0 +1,118 @@
+"""One run as the parameters of both sides: what the demo, a sweep and the loop start from."""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
+from ur5_ros.config.experiments import Experiment, load_experiment
+from ur5_ros.control.experiment import initial_positions
+from ur5_ros.control.gains import gains_from
+from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import ArmParameters
+
+#: Physics steps a second that a run does not go below unless asked [Hz].
+PHYSICS_RATE = 1000
+
+
+class Plan(NamedTuple):
+    """One run before it runs."""
+
+    sim: dict[str, Any]
+    """Every parameter of the simulator."""
+    control: dict[str, Any]
+    """Every parameter of the controller."""
+    duration: float
+    """Simulated time [s]."""
+
+
+def plan_run(
+    experiment: str = 'kebria_fig11', arm: str = 'ur5', control_arm: str | None = None,
+    control_rate: int = 1000, physics_rate: int | None = None,
+    initial_error: float | list[float] | None = None, duration: float | None = None,
+    sim: Mapping[str, Any] | None = None, control: Mapping[str, Any] | None = None,
+) -> Plan:
+    """
+    Return the parameters of both sides for an experiment.
+
+    Parameters
+    ----------
+    experiment : str
+        Name or file of the experiment.
+    arm, control_arm : str
+        Names or files of the simulator's arm and of the law's; the same one by default.
+    control_rate : int
+        Control periods a second [Hz].
+    physics_rate : int, optional
+        Physics steps a second [Hz]; by default the multiple of ``control_rate`` that reaches
+        1000 Hz.
+    initial_error : float or six of them, optional
+        q(0) - q*(0) [rad]; the experiment's own by default.
+    duration : float, optional
+        Simulated time [s]; the experiment's by default.
+    sim, control : mapping, optional
+        Further parameters of either side.
+
+    Raises
+    ------
+    Refusal
+        If a name is unknown, a value out of range, or the rates do not divide.
+
+    """
+    control_arm = arm if control_arm is None else control_arm
+    spec = _experiment(experiment)
+    if not _arm(arm).has_tensors:
+        raise Refusal(f'arm {arm} has point masses, which cannot be simulated; '
+                      'give one with tensors, such as ur5_real')
+    duration = float(spec.duration if duration is None else duration)
+    if physics_rate is None and control_rate > 0:
+        physics_rate = control_rate * -(-PHYSICS_RATE // control_rate)
+    start = _start(experiment, control_arm)
+    if initial_error is not None:
+        start = start - np.array(spec.initial_error) + np.array(initial_error, dtype=float)
+    sim_parameters = complete(SIM_PARAMETERS, {
+        'arm': arm, 'control_rate': control_rate, 'physics_rate': physics_rate,
+        'initial_positions': start.tolist(), 'stop_after': duration, **(sim or {})})
+    control_parameters = complete(CONTROL_PARAMETERS, {
+        'arm': control_arm, 'experiment': experiment, 'autostart': True,
+        'effort_convention': sim_parameters['effort_convention'], **(control or {})})
+    check_rates(sim_parameters['control_rate'], sim_parameters['physics_rate'])
+    if control_parameters['mode'] == 'computed_torque':
+        gains_from(control_parameters['kp'], control_parameters['kd'])
+    return Plan(sim_parameters, control_parameters, duration)
+
+
+def check_rates(control_rate: int, physics_rate: int) -> None:
+    """
+    Refuse rates of which the physics' is no whole multiple of the controller's.
+
+    Raises
+    ------
+    Refusal
+        Naming the nearest rates that divide.
+
+    """
+    if physics_rate % control_rate == 0:
+        return
+    below = max(n for n in range(1, control_rate) if physics_rate % n == 0)
+    above = next((n for n in range(control_rate, physics_rate + 1) if physics_rate % n == 0),
+                 physics_rate)
+    raise Refusal(f'control_rate {control_rate} Hz does not divide physics_rate {physics_rate} '
+                  f'Hz; use {below} or {above}')
+
+
+@cache
+def _experiment(name: str) -> Experiment:
+    return load_experiment(name)
+
+
+@cache
+def _arm(name: str) -> ArmParameters:
+    return load_arm(name)
+
+
+@cache
+def _start(experiment: str, arm: str) -> np.ndarray:
+    return np.asarray(initial_positions(_experiment(experiment), _arm(arm)), dtype=float)
