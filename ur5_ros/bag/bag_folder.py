@@ -1,0 +1,155 @@
+"""A rosbag2 folder, written file by file: splitting, definitions in each file, metadata.yaml."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mcap.records import Channel, Schema
+
+from ur5_ros.bag.chunk import Message, cut
+from ur5_ros.bag.mcap_file import McapFile
+from ur5_ros.bag.mcap_records import checked
+from ur5_ros.bag.metadata import FileEntry, TopicEntry, describe_bag, to_yaml, write_metadata
+
+#: Names of our metadata records: the description, and in front of the name of a note.
+DESCRIPTION_RECORD = 'ur5_ros'
+NOTE_RECORD = 'ur5_ros/'
+
+#: rosbag2's own metadata record.
+ROSBAG2_RECORD = 'rosbag2'
+
+
+class Topic(NamedTuple):
+    """A topic as it is announced in every file of a bag."""
+
+    schema: Schema
+    channel: Channel
+    qos: Sequence[Mapping[str, Any]]
+    type_hash: str
+
+
+def make_topic(number: int, schema_id: int, name: str, schema: Schema | tuple[str, bytes],
+               qos: Sequence[Mapping[str, Any]], type_hash: str) -> Topic:
+    """Return the records of a topic; ``schema`` is (type name, ros2msg text)."""
+    type_name, text = schema if isinstance(schema, tuple) else (schema.name, schema.data)
+    encoding = 'ros2msg' if isinstance(schema, tuple) else schema.encoding
+    metadata = {'offered_qos_profiles': to_yaml([dict(profile) for profile in qos]),
+                'topic_type_hash': type_hash}
+    return Topic(Schema(id=schema_id, name=type_name, encoding=encoding, data=text),
+                 Channel(id=number, schema_id=schema_id, topic=name, message_encoding='cdr',
+                         metadata=metadata),
+                 qos, type_hash)
+
+
+class BagFolder:
+    """
+    Files of one bag, one after the other; every method that writes raises OSError.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Made here; it must not exist.
+    name : str
+        Files are called ``<name>_<n>.mcap``.
+    description : mapping of str to str
+        Stands in every file and in metadata.yaml.
+    max_duration : int
+        Log time in one file [ns]; 0 = no limit.
+    max_size : int
+        Size of one file [bytes]; 0 = no limit.
+
+    """
+
+    def __init__(self, folder: Path, name: str, description: Mapping[str, str],
+                 max_duration: int = 0, max_size: int = 0) -> None:
+        self.folder = folder
+        self.topics: list[Topic] = []
+        self.written = 0
+        """Messages in all files so far."""
+        self._name = name
+        self._description = dict(description)
+        self._max_duration = max_duration
+        self._max_size = max_size
+        self._counts: dict[int, int] = {}
+        self._files: list[FileEntry] = []
+        folder.mkdir(parents=True)
+        self._file = self._open()
+
+    def _open(self) -> McapFile:
+        file = McapFile(self.folder / f'{self._name}_{len(self._files)}.mcap')
+        if self._description:
+            file.note(DESCRIPTION_RECORD, checked(self._description))
+        return file
+
+    def note(self, name: str, values: Mapping[str, str]) -> None:
+        """Write a note: a metadata record of the file that is open."""
+        self._file.note(NOTE_RECORD + name, checked(values))
+
+    def write(self, messages: Sequence[Message]) -> None:
+        """
+        Write messages in chunks, into the next file where this one is full.
+
+        Raises
+        ------
+        struct.error, TypeError, KeyError
+            If a message is malformed; ``written`` tells how many are in the file all the same.
+
+        """
+        at = 0
+        while at < len(messages):
+            if self._is_full(messages[at]):
+                self._close_file()
+                self._file = self._open()
+            self._announce()
+            for chunk in cut(messages[at:self._end_of_file(messages, at)]):
+                self._file.write(chunk)
+                at += len(chunk)
+                self.written += len(chunk)
+                if self._max_size and self._file.size >= self._max_size:
+                    break
+
+    def _announce(self) -> None:
+        """Define the topics that the open file does not know."""
+        for topic in self.topics:
+            if not self._file.knows(topic.channel.id):
+                self._file.define(topic.schema, topic.channel)
+
+    def _is_full(self, message: Message) -> bool:
+        if self._file.start is None:
+            return False
+        return bool((self._max_duration and message[1] >= self._file.start + self._max_duration)
+                    or (self._max_size and self._file.size >= self._max_size))
+
+    def _end_of_file(self, messages: Sequence[Message], begin: int) -> int:
+        """Return the index behind the last message that the open file takes, by log time."""
+        if not self._max_duration:
+            return len(messages)
+        start = messages[begin][1] if self._file.start is None else self._file.start
+        limit = start + self._max_duration
+        return next((at for at in range(begin + 1, len(messages)) if messages[at][1] >= limit),
+                    len(messages))
+
+    def _close_file(self) -> None:
+        file = self._file
+        entry = FileEntry(file.path.name, file.start, file.end, sum(file.counts.values()))
+        self._announce()
+        file.note(ROSBAG2_RECORD, {'serialized_metadata': to_yaml(
+            describe_bag([entry], self._entries(file.counts), self._description))})
+        file.finish()
+        self._files.append(entry)
+        for channel, number in file.counts.items():
+            self._counts[channel] = self._counts.get(channel, 0) + number
+
+    def _entries(self, counts: Mapping[int, int]) -> list[TopicEntry]:
+        return [TopicEntry(topic.channel.topic, topic.schema.name, topic.qos, topic.type_hash,
+                           counts.get(topic.channel.id, 0)) for topic in self.topics]
+
+    def finish(self) -> None:
+        """Complete the open file and write metadata.yaml."""
+        self._close_file()
+        write_metadata(self.folder, describe_bag(self._files, self._entries(self._counts),
+                                                 self._description))
+
+    def abandon(self) -> None:
+        """Leave the open file with its last whole record, unfinished."""
+        self._file.abandon()

@@ -1,0 +1,147 @@
+"""Chunks of an MCAP file: messages packed and compressed, unpacked within bounds."""
+
+import zlib
+from collections.abc import Iterator, Sequence
+from itertools import accumulate, repeat
+from struct import Struct
+from typing import NamedTuple
+
+import lz4.frame
+import numpy as np
+import zstandard
+
+from ur5_ros.bag.mcap_records import (
+    FRAME,
+    INDEX_ENTRY,
+    MAX_RECORD,
+    MESSAGE,
+    MESSAGE_EXTRA,
+    Opcode,
+)
+from ur5_ros.bag.problem import BagProblem
+
+#: Size at which a chunk is closed [bytes before compression]: one LZ4 block.
+CHUNK_SIZE = 64 << 10
+
+#: (channel, log time [ns], publish time [ns], data)
+Message = tuple[int, int, int, bytes]
+
+_CHUNK_HEAD = Struct('<QQQI')
+_INDEX_HEAD = Struct('<BQHI')
+
+
+class PackedChunk(NamedTuple):
+    """A chunk as it goes into the file, and what the chunk index says of it."""
+
+    record: bytes
+    indexes: dict[int, bytes]
+    """Message index record of each channel."""
+    counts: dict[int, int]
+    """Messages of each channel."""
+    start: int
+    """Smallest log time [ns]."""
+    end: int
+    """Largest log time [ns]."""
+    compressed_size: int
+    uncompressed_size: int
+
+
+def cut(messages: Sequence[Message], size: int = CHUNK_SIZE) -> Iterator[Sequence[Message]]:
+    """Yield runs of messages of at most ``size`` bytes, or of one message that is larger."""
+    begin = used = 0
+    for at, message in enumerate(messages):
+        length = len(message[3]) + MESSAGE.size
+        if used + length > size and used:
+            yield messages[begin:at]
+            begin, used = at, 0
+        used += length
+    if begin < len(messages):
+        yield messages[begin:]
+
+
+def pack_chunk(definitions: bytes, messages: Sequence[Message]) -> PackedChunk:
+    """
+    Return messages as an LZ4 chunk with CRC, and their index.
+
+    Parameters
+    ----------
+    definitions : bytes
+        Schema and channel records that stand in front of the messages.
+    messages : sequence of (channel, log time, publish time, data)
+        At least one.
+
+    Raises
+    ------
+    struct.error, TypeError
+        If a time, a channel or the data of a message is not what it must be.
+
+    """
+    channels, log_times, publish_times, data = zip(*messages, strict=True)
+    lengths = list(map(len, data))
+    parts = [b''] * (2 * len(data))
+    parts[0::2] = map(MESSAGE.pack, repeat(Opcode.MESSAGE.value),
+                      [length + MESSAGE_EXTRA for length in lengths],
+                      channels, repeat(0), log_times, publish_times)
+    parts[1::2] = data
+    content = definitions + b''.join(parts)
+
+    compressed = lz4.frame.compress(content)
+    start, end = min(log_times), max(log_times)
+    head = _CHUNK_HEAD.pack(start, end, len(content), zlib.crc32(content)) \
+        + b'\x03\0\0\0lz4' + len(compressed).to_bytes(8, 'little')
+    record = FRAME.pack(Opcode.CHUNK, len(head) + len(compressed)) + head + compressed
+
+    entries = np.empty(len(data), INDEX_ENTRY)
+    entries['log_time'] = log_times
+    entries['offset'] = np.fromiter(
+        accumulate(lengths, lambda at, length: at + MESSAGE.size + length,
+                   initial=len(definitions)), np.uint64, len(data) + 1)[:-1]
+    of_channel = np.array(channels)
+    indexes, counts = {}, {}
+    for channel in sorted(set(channels)):
+        listed = entries[of_channel == channel]
+        counts[channel] = len(listed)
+        indexes[channel] = _INDEX_HEAD.pack(
+            Opcode.MESSAGE_INDEX, 6 + listed.nbytes, channel, listed.nbytes) + listed.tobytes()
+    return PackedChunk(record, indexes, counts, start, end, len(compressed), len(content))
+
+
+def decompress(compression: str, data: bytes, size: int, source: str) -> bytes:
+    """
+    Return the content of a chunk, never allocating more than it says and than is allowed.
+
+    Parameters
+    ----------
+    compression : str
+        ``''``, ``'lz4'`` or ``'zstd'``.
+    data : bytes
+        What stands in the file.
+    size : int
+        Size that the chunk claims to have.
+    source : str
+        What to call it in messages.
+
+    Raises
+    ------
+    BagProblem
+        If it is larger than MAX_RECORD, of another size than it says, or cannot be decompressed.
+
+    """
+    if size > MAX_RECORD:
+        raise BagProblem(f'{source}: a chunk of {size} bytes; at most {MAX_RECORD} are read')
+    try:
+        if compression == 'lz4':
+            content = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+        elif compression == 'zstd':
+            decompressor = zstandard.ZstdDecompressor(max_window_size=MAX_RECORD)
+            content = decompressor.stream_reader(data).read(size + 1)
+        elif compression == '':
+            content = data
+        else:
+            raise BagProblem(f'{source}: a chunk compressed with {compression[:20]!r}; '
+                             'only lz4, zstd and none are read')
+    except (RuntimeError, EOFError, zstandard.ZstdError, MemoryError):
+        raise BagProblem(f'{source}: a chunk that cannot be decompressed') from None
+    if len(content) != size:
+        raise BagProblem(f'{source}: a chunk of another size than it says')
+    return content

@@ -1,0 +1,87 @@
+"""Records of the MCAP format (mcap.dev/spec): limits, framing, and what a writer emits of them."""
+
+import zlib
+from collections.abc import Iterable, Mapping
+from io import BytesIO
+from struct import Struct
+from struct import error as StructError
+from typing import Any
+
+import numpy as np
+from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.exceptions import EndOfFile, McapError
+from mcap.opcode import Opcode
+from mcap.records import McapRecord
+
+from ur5_ros.bag.problem import BagProblem
+
+MAGIC = b'\x89MCAP0\r\n'
+
+#: Largest record, and largest chunk once decompressed, that is read [bytes]. rosbag2 cuts chunks
+#: at 768 KiB, mcap at 1 MiB.
+MAX_RECORD = 64 << 20
+
+#: Opcode and length, in front of every record.
+FRAME = Struct('<BQ')
+
+#: A whole message record up to its data.
+MESSAGE = Struct('<BQHIQQ')
+MESSAGE_HEAD = np.dtype([('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'),
+                         ('sequence', '<u4'), ('log_time', '<u8'), ('publish_time', '<u8')])
+#: Length that a message record has beyond its data.
+MESSAGE_EXTRA = MESSAGE.size - FRAME.size
+
+INDEX_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
+
+
+def record_bytes(*records: McapRecord) -> bytes:
+    """Return records as bytes, one after the other."""
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return builder.end()
+
+
+class _ExactStream(ReadDataStream):
+    """Fails where less is left than a record asks for, instead of giving what there is."""
+
+    def read(self, length: int) -> bytes:
+        data = super().read(length)
+        if len(data) != length:
+            raise EndOfFile()
+        return data
+
+
+def parse_record(kind: type, content: bytes, source: str) -> Any:
+    """
+    Return a record of the mcap package from its content (without opcode and length).
+
+    Raises
+    ------
+    BagProblem
+        If the content is too short or too long, or holds text that is not UTF-8.
+
+    """
+    stream = _ExactStream(BytesIO(content))
+    try:
+        record = kind.read(stream)
+    except (McapError, StructError, UnicodeDecodeError, ValueError, OverflowError, MemoryError):
+        raise BagProblem(f'{source}: a damaged {kind.__name__} record') from None
+    if stream.count != len(content):
+        raise BagProblem(f'{source}: a damaged {kind.__name__} record')
+    return record
+
+
+def checked(values: Mapping[str, str]) -> dict[str, str]:
+    """Return a metadata map with a checksum of itself: these records have none of their own."""
+    return {**values, 'checksum': checksum(values.items())}
+
+
+def checksum(items: Iterable[tuple[str, str]]) -> str:
+    """Return the CRC-32 of a metadata map in eight hexadecimal digits, its order ignored."""
+    text = '\0'.join(f'{key}\0{value}' for key, value in sorted(items) if key != 'checksum')
+    return f'{zlib.crc32(text.encode()):08x}'
+
+
+__all__ = ['FRAME', 'INDEX_ENTRY', 'MAGIC', 'MAX_RECORD', 'MESSAGE', 'MESSAGE_EXTRA',
+           'MESSAGE_HEAD', 'Opcode', 'checked', 'checksum', 'parse_record', 'record_bytes']

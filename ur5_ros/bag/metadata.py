@@ -1,0 +1,210 @@
+"""metadata.yaml, the table of contents of a rosbag2 folder (version 9, ROS 2 Jazzy)."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePath
+from typing import Any, NamedTuple
+
+import yaml
+from pydantic import ConfigDict, Field
+
+from ur5_ros.bag.problem import BagProblem
+from ur5_ros.config.strict_yaml import StrictModel, read_yaml, validate
+from ur5_ros.errors import Refusal
+
+NAME = 'metadata.yaml'
+VERSION = 9
+DISTRO = 'jazzy'
+
+#: What rosbag2 writes as starting time of a bag without messages [ns].
+NEVER = 2**63 - 1
+
+#: rmw's infinite duration, as rosbag2 writes it.
+_INFINITE = {'sec': 9223372036, 'nsec': 854775807}
+
+
+def qos_profile(reliability: str = 'reliable', durability: str = 'volatile',
+                history: str = 'keep_last', depth: int = 1) -> dict[str, Any]:
+    """
+    Return an offered QoS profile as rosbag2 writes it.
+
+    Parameters
+    ----------
+    reliability : str
+        ``'reliable'`` or ``'best_effort'``.
+    durability : str
+        ``'volatile'`` or ``'transient_local'``.
+    history : str
+        ``'keep_last'`` or ``'keep_all'``.
+    depth : int
+        Messages kept by ``'keep_last'``.
+
+    """
+    return {
+        'history': history, 'depth': depth, 'reliability': reliability, 'durability': durability,
+        'deadline': dict(_INFINITE), 'lifespan': dict(_INFINITE), 'liveliness': 'automatic',
+        'liveliness_lease_duration': dict(_INFINITE), 'avoid_ros_namespace_conventions': False,
+    }
+
+
+class TopicEntry(NamedTuple):
+    """One topic of a bag."""
+
+    name: str
+    type: str
+    qos: Sequence[Mapping[str, Any]]
+    type_hash: str
+    count: int
+
+
+class FileEntry(NamedTuple):
+    """One storage file of a bag."""
+
+    path: str
+    start: int | None
+    """Smallest log time [ns], None in a file without messages."""
+    end: int
+    count: int
+
+
+class _Dumper(yaml.SafeDumper):
+    """Block style with indented lists, as yaml-cpp writes them for rosbag2; no aliases."""
+
+    def increase_indent(self, flow=False, indentless=False):
+        return super().increase_indent(flow, False)
+
+    def ignore_aliases(self, data):
+        return True
+
+
+def to_yaml(data: Any) -> str:
+    """Return plain data as YAML in rosbag2's layout."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10**6)
+
+
+def describe_bag(files: Sequence[FileEntry], topics: Sequence[TopicEntry],
+                 custom_data: Mapping[str, str]) -> dict[str, Any]:
+    """Return what stands below ``rosbag2_bagfile_information``."""
+    starts = [file.start for file in files if file.start is not None]
+    start = min(starts, default=NEVER)
+    end = max((file.end for file in files if file.start is not None), default=NEVER)
+    return {
+        'version': VERSION,
+        'storage_identifier': 'mcap',
+        'duration': {'nanoseconds': end - start},
+        'starting_time': {'nanoseconds_since_epoch': start},
+        'message_count': sum(file.count for file in files),
+        'topics_with_message_count': [
+            {'topic_metadata': {
+                'name': topic.name, 'type': topic.type, 'serialization_format': 'cdr',
+                'offered_qos_profiles': [dict(profile) for profile in topic.qos],
+                'type_description_hash': topic.type_hash},
+             'message_count': topic.count}
+            for topic in topics],
+        'compression_format': '',
+        'compression_mode': '',
+        'relative_file_paths': [file.path for file in files],
+        'files': [
+            {'path': file.path,
+             'starting_time': {
+                 'nanoseconds_since_epoch': NEVER if file.start is None else file.start},
+             'duration': {'nanoseconds': 0 if file.start is None else file.end - file.start},
+             'message_count': file.count}
+            for file in files],
+        'custom_data': dict(custom_data) or None,
+        'ros_distro': DISTRO,
+    }
+
+
+def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:
+    """
+    Write metadata.yaml: whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If the disk does.
+
+    """
+    unfinished = folder / (NAME + '.unfinished')
+    try:
+        with open(unfinished, 'w', encoding='utf-8') as file:
+            file.write(to_yaml({'rosbag2_bagfile_information': dict(information)}))
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(folder / NAME)
+    except OSError:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+class _Loose(StrictModel):
+    """Versions differ in what else they say; only what is used must have its form."""
+
+    model_config = ConfigDict(extra='ignore', frozen=True)
+
+
+class _TopicMetadata(_Loose):
+    name: str
+    type: str
+    serialization_format: str = 'cdr'
+
+
+class _TopicCount(_Loose):
+    topic_metadata: _TopicMetadata
+    message_count: int = Field(ge=0)
+
+
+class _FileCount(_Loose):
+    path: str
+    message_count: int = Field(ge=0)
+
+
+class Information(_Loose):
+    """What a metadata.yaml says, of all versions that rosbag2 has written."""
+
+    version: int = Field(ge=1)
+    storage_identifier: str = ''
+    relative_file_paths: list[str] = Field(max_length=100_000)
+    message_count: int = Field(default=0, ge=0)
+    topics_with_message_count: list[_TopicCount] = []
+    compression_format: str = ''
+    compression_mode: str = ''
+    files: list[_FileCount] = []
+    custom_data: dict[str, str] | None = None
+
+
+def read_metadata(folder: Path) -> Information:
+    """
+    Return what the metadata.yaml of a folder says; its paths stay inside the folder.
+
+    Raises
+    ------
+    BagProblem
+        If it cannot be read, is of a newer version, or names a file twice or outside the folder.
+
+    """
+    path = folder / NAME
+    try:
+        data = read_yaml(path)
+    except Refusal as error:
+        raise BagProblem(str(error)) from None
+    if not isinstance(data, dict) or not isinstance(data.get('rosbag2_bagfile_information'), dict):
+        raise BagProblem(f'{path}: no rosbag2_bagfile_information in it; remove the file and mend '
+                         'the bag with: ur5 recover')
+    try:
+        found = validate(Information, data['rosbag2_bagfile_information'], str(path))
+    except Refusal as error:
+        raise BagProblem(str(error)) from None
+    if found.version > VERSION:
+        raise BagProblem(f'{path}: version {found.version}; versions up to {VERSION} are read')
+    names = found.relative_file_paths
+    for name in names:
+        # rosbag2 before version 4 named files as <folder>/<file>.
+        plain = name.removeprefix(folder.name + '/') if found.version < 4 else name
+        if PurePath(plain).name != plain or '\0' in plain or '\\' in plain or plain in ('', '..'):
+            raise BagProblem(f'{path}: names the file {name[:80]!r}; '
+                             'only files of the folder itself are read')
+    if len(set(names)) != len(names):
+        raise BagProblem(f'{path}: names a file twice')
+    return found
