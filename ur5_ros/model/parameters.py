@@ -1,8 +1,11 @@
 """The arm as numbers: geometry, inertia, limits, one record that every function takes last."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
+
+from ur5_ros.model.lumped import pack
 
 #: The twist angles that all UR arms share (standard DH) [rad].
 UR_TWIST = (np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0)
@@ -91,6 +94,11 @@ class ArmParameters:
             + self.payload.inertia + _steiner(self.payload.mass, self.payload.com - com[5])
         )
         return mass, com, inertia
+
+    @cached_property
+    def constants(self) -> np.ndarray:
+        """Return the numbers that the kernels read (:mod:`ur5_ros.model.lumped`)."""
+        return pack(self)
 
     @property
     def has_tensors(self) -> bool:

@@ -1,0 +1,142 @@
+"""Compiled kernels: compiled when first called, kept on disk where possible, threaded when large."""
+
+import os
+import threading
+from collections.abc import Callable, Sequence
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numba import int64, njit, types
+from numba.core.caching import FunctionCache
+
+#: Argument types of kernels: inputs may be read-only (R) and outputs are written (W).
+R1 = types.Array(types.float64, 1, 'C', readonly=True)
+R2 = types.Array(types.float64, 2, 'C', readonly=True)
+W1 = types.Array(types.float64, 1, 'C')
+W2 = types.Array(types.float64, 2, 'C')
+
+#: From this many states on the lock is released and the work is shared among threads.
+LARGE = 1024
+
+#: What helper functions of kernels are compiled with: fused multiply-add is allowed.
+inlined = njit(fastmath={'contract'}, error_model='numpy', forceinline=True)
+
+_COMPILING = threading.RLock()
+
+
+class Kernel:
+    """
+    A function over flat arrays of states, compiled at its first use.
+
+    ``single`` is the compiled function that keeps the interpreter lock (it takes less time than
+    handing the lock over) and raises ``TypeError`` for arguments of other types, as well as
+    before it is compiled: callers then go through :meth:`run`, which compiles.
+
+    """
+
+    def __init__(self, function: Callable[..., int], argument_types: Sequence[types.Type]):
+        self._function = function
+        self._signature = int64(*argument_types)
+        self._many: Callable[..., int] | None = None
+        self._ready = False
+        self.single: Callable[..., int] = _not_compiled
+
+    def prepare(self) -> None:
+        """Compile, or load from the cache, what a single call needs."""
+        with _COMPILING:
+            if not self._ready:
+                self.single = _compile(self._function, self._signature, nogil=False)
+                self._ready = True
+
+    def run(self, count: int, inputs: Sequence[np.ndarray], shared: Sequence[Any],
+            outputs: Sequence[np.ndarray]) -> int:
+        """
+        Apply the kernel to ``count`` states, on all processors if they are many.
+
+        Parameters
+        ----------
+        count : int
+            Number of states.
+        inputs, outputs : sequence of numpy.ndarray
+            C-contiguous arrays whose first axis is a multiple of ``count`` long.
+        shared : sequence
+            Arguments between inputs and outputs that all states share.
+
+        Returns
+        -------
+        int
+            The largest code that the kernel returned; 0 where all went well.
+
+        """
+        if count < LARGE:
+            self.prepare()
+            return self.single(*inputs, *shared, *outputs)
+        with _COMPILING:
+            if self._many is None:
+                self._many = _compile(self._function, self._signature, nogil=True)
+        many, workers = self._many, _processors()
+        edges = [count * i // workers for i in range(workers + 1)]
+        codes = [0] * workers
+
+        def work(i: int) -> None:
+            def part(x):
+                return x[len(x) // count * edges[i]:len(x) // count * edges[i + 1]]
+            codes[i] = many(*map(part, inputs), *shared, *map(part, outputs))
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(1, workers)]
+        for thread in threads:
+            thread.start()
+        work(0)
+        for thread in threads:
+            thread.join()
+        return max(codes)
+
+
+def kernel(*argument_types: types.Type) -> Callable[[Callable[..., int]], Kernel]:
+    """Declare a function as a :class:`Kernel` with these argument types, returning an int."""
+    return lambda function: Kernel(function, argument_types)
+
+
+class _SourceCache(FunctionCache):
+    """
+    Numba's cache on disk, also keyed by the text of the whole model.
+
+    Numba looks at the file of the kernel alone, not at the files of the functions it calls.
+    """
+
+    def __init__(self, function: Callable[..., int], options: str):
+        super().__init__(function)
+        self._options = options
+
+    def _index_key(self, signature, codegen):
+        return (super()._index_key(signature, codegen), self._options, _sources())
+
+
+def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Callable[..., int]:
+    dispatcher = njit(nogil=nogil, fastmath={'contract'}, error_model='numpy')(function)
+    try:
+        dispatcher._cache = _SourceCache(function, f'nogil={nogil}')
+    except RuntimeError:  # no folder can be written: compile without keeping
+        pass
+    dispatcher.compile(signature)
+    dispatcher.disable_compile()
+    return dispatcher
+
+
+def _sources() -> str:
+    digest = sha256()
+    for path in sorted(Path(__file__).parent.glob('*.py')):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _processors() -> int:
+    if hasattr(os, 'sched_getaffinity'):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _not_compiled(*_: Any) -> int:
+    raise TypeError('not compiled yet')

@@ -1,0 +1,220 @@
+r"""
+Dynamics of the arm: :math:`M(q)\ddot q + C(q, \dot q)\dot q + g(q) = \tau` (eq. 6).
+
+All functions broadcast over leading dimensions; a single state takes a short way.  Angles are
+those of the arm record, q_model = q_UR + ``arm.angle_offset``.
+"""
+
+import numpy as np
+from numpy import empty
+
+from ur5_ros.model import dynamics_kernels as kernels
+from ur5_ros.model.arguments import apply
+from ur5_ros.model.parameters import ArmParameters
+
+_SIX = (6,)
+_MATRIX = (6, 6)
+
+
+def inertia_matrix(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    r"""
+    Return the inertia matrix of the arm, rotors on its diagonal.
+
+    Kebria 2016, eq. (8): :math:`M = \sum_i m_i J_{v_i}^T J_{v_i} + J_{\omega_i}^T R_i I_i R_i^T
+    J_{\omega_i}` with the velocity Jacobian of the centre of mass, plus the reflected rotor
+    inertia (armature).
+
+    Parameters
+    ----------
+    q : array_like, shape (..., 6)
+        Joint positions [rad], base to wrist.
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6, 6)
+        Symmetric and positive definite [kg m^2].
+
+    Raises
+    ------
+    Refusal
+        If ``q`` has another shape or holds a number that is not finite.
+
+    """
+    m = empty(_MATRIX)
+    try:
+        if q.ndim == 1 and kernels.inertia.single(q, arm.constants, m) == 0:
+            return m
+    except (TypeError, AttributeError):
+        pass
+    return apply(kernels.inertia, [('q', q, _SIX)], [arm.constants], [_MATRIX])[0]
+
+
+def coriolis_matrix(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    r"""
+    Return the Coriolis and centrifugal matrix from Christoffel symbols.
+
+    Kebria 2016, eq. (9): :math:`C_{ij} = \frac12\sum_k(\partial_k M_{ij} + \partial_j M_{ik} -
+    \partial_i M_{jk})\dot q_k`, so that :math:`\dot M - 2C` is skew.
+
+    Parameters
+    ----------
+    q, qd : array_like, shape (..., 6)
+        Joint positions [rad] and velocities [rad/s].
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6, 6)
+        C [N m s/rad].
+
+    Raises
+    ------
+    Refusal
+        If an argument has another shape or holds a number that is not finite.
+
+    """
+    return dynamics_terms(q, qd, arm)[1]
+
+
+def gravity_torque(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    r"""
+    Return the joint torque that holds the arm still against gravity.
+
+    Kebria 2016, eq. (10): :math:`g(q) = \partial P / \partial q`.
+
+    Parameters
+    ----------
+    q : array_like, shape (..., 6)
+        Joint positions [rad], base to wrist.
+    arm : ArmParameters
+        Masses, centres of mass and gravity, in any direction.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6)
+        Holding torque [N m], positive along each joint axis.
+
+    Raises
+    ------
+    Refusal
+        If ``q`` has another shape or holds a number that is not finite.
+
+    """
+    g = empty(6)
+    try:
+        if q.ndim == 1 and kernels.gravity.single(q, arm.constants, g) == 0:
+            return g
+    except (TypeError, AttributeError):
+        pass
+    return apply(kernels.gravity, [('q', q, _SIX)], [arm.constants], [_SIX])[0]
+
+
+def dynamics_terms(
+    q: np.ndarray, qd: np.ndarray, arm: ArmParameters,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Return M, C and g (eqs. 8 to 10) from one pass over the arm.
+
+    Parameters
+    ----------
+    q, qd : array_like, shape (..., 6)
+        Joint positions [rad] and velocities [rad/s].
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    tuple of numpy.ndarray, shapes (..., 6, 6), (..., 6, 6), (..., 6)
+        Inertia matrix [kg m^2], Coriolis matrix [N m s/rad], gravity torque [N m].
+
+    Raises
+    ------
+    Refusal
+        If an argument has another shape or holds a number that is not finite.
+
+    """
+    m, c, g = empty(_MATRIX), empty(_MATRIX), empty(6)
+    try:
+        if q.ndim == 1 and kernels.terms.single(q, qd, arm.constants, m, c, g) == 0:
+            return m, c, g
+    except (TypeError, AttributeError):
+        pass
+    m, c, g = apply(kernels.terms, [('q', q, _SIX), ('qd', qd, _SIX)], [arm.constants],
+                    [_MATRIX, _MATRIX, _SIX])
+    return m, c, g
+
+
+def inverse_dynamics(
+    q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, arm: ArmParameters,
+) -> np.ndarray:
+    """
+    Return the joint torque of a motion: M qdd + C qd + g.
+
+    Kebria 2016, eq. (6).
+
+    Parameters
+    ----------
+    q, qd, qdd : array_like, shape (..., 6)
+        Joint positions [rad], velocities [rad/s] and accelerations [rad/s^2].
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6)
+        Joint torque [N m].
+
+    Raises
+    ------
+    Refusal
+        If an argument has another shape or holds a number that is not finite.
+
+    """
+    tau = empty(6)
+    try:
+        if q.ndim == 1 and kernels.inverse.single(q, qd, qdd, arm.constants, tau) == 0:
+            return tau
+    except (TypeError, AttributeError):
+        pass
+    return apply(kernels.inverse, [('q', q, _SIX), ('qd', qd, _SIX), ('qdd', qdd, _SIX)],
+                 [arm.constants], [_SIX])[0]
+
+
+def forward_dynamics(
+    q: np.ndarray, qd: np.ndarray, tau: np.ndarray, arm: ArmParameters,
+) -> np.ndarray:
+    r"""
+    Return the joint acceleration under a torque.
+
+    Kebria 2016, eq. (7): :math:`\ddot q = M^{-1}(\tau - C\dot q - g)`; the paper calls it inverse
+    dynamics, it is forward dynamics.  M is never singular, at no configuration.
+
+    Parameters
+    ----------
+    q, qd, tau : array_like, shape (..., 6)
+        Joint positions [rad], velocities [rad/s] and torques [N m].
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6)
+        Joint acceleration [rad/s^2].
+
+    Raises
+    ------
+    Refusal
+        If an argument has another shape or holds a number that is not finite.
+
+    """
+    qdd = empty(6)
+    try:
+        if q.ndim == 1 and kernels.forward.single(q, qd, tau, arm.constants, qdd) == 0:
+            return qdd
+    except (TypeError, AttributeError):
+        pass
+    return apply(kernels.forward, [('q', q, _SIX), ('qd', qd, _SIX), ('tau', tau, _SIX)],
+                 [arm.constants], [_SIX])[0]

@@ -1,0 +1,136 @@
+"""
+Kinematics of the arm: poses of its links and flange, Jacobian and its rate.
+
+All functions broadcast over leading dimensions.  Angles are those of the arm record, q_model =
+q_UR + ``arm.angle_offset``; poses stand in ``base``.  Frames are those of the standard DH
+convention; frame 6 is ``tool0``.
+"""
+
+import numpy as np
+from numpy import empty
+
+from ur5_ros.model import kinematics_kernels as kernels
+from ur5_ros.model.arguments import apply
+from ur5_ros.model.parameters import ArmParameters
+
+_SIX = (6,)
+
+
+def forward_kinematics(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    """
+    Return the pose of the flange (``tool0``) in ``base``.
+
+    Kebria 2016, eqs. (1), (2); the printed eq. (2) lacks the factor s5 in the d6 terms of px and
+    py.
+
+    Parameters
+    ----------
+    q : array_like, shape (..., 6)
+        Joint positions [rad], base to wrist.
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 4, 4)
+        Homogeneous transforms [m].
+
+    Raises
+    ------
+    Refusal
+        If ``q`` has another shape or holds a number that is not finite.
+
+    """
+    t = empty((4, 4))
+    try:
+        if q.ndim == 1 and kernels.pose.single(q, arm.constants, t) == 0:
+            return t
+    except (TypeError, AttributeError):
+        pass
+    return apply(kernels.pose, [('q', q, _SIX)], [arm.constants], [(4, 4)])[0]
+
+
+def link_transforms(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    """
+    Return the poses of the six link frames (standard DH) in ``base``.
+
+    Kebria 2016, Table I and eq. (1).
+
+    Parameters
+    ----------
+    q : array_like, shape (..., 6)
+        Joint positions [rad], base to wrist.
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6, 4, 4)
+        Homogeneous transforms [m] of frames 1 to 6.
+
+    Raises
+    ------
+    Refusal
+        If ``q`` has another shape or holds a number that is not finite.
+
+    """
+    return apply(kernels.links, [('q', q, _SIX)], [arm.constants], [(6, 4, 4)])[0]
+
+
+def jacobian(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    """
+    Return the geometric Jacobian of the flange in ``base``.
+
+    Its determinant is a2 a3 s3 s5 (a2 c2 + a3 c23 + d5 s234).
+
+    Parameters
+    ----------
+    q : array_like, shape (..., 6)
+        Joint positions [rad], base to wrist.
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6, 6)
+        Rows 1 to 3: velocity of the origin of ``tool0`` [m/rad]; rows 4 to 6: angular velocity.
+
+    Raises
+    ------
+    Refusal
+        If ``q`` has another shape or holds a number that is not finite.
+
+    """
+    j = empty((6, 6))
+    try:
+        if q.ndim == 1 and kernels.jacobian.single(q, arm.constants, j) == 0:
+            return j
+    except (TypeError, AttributeError):
+        pass
+    return apply(kernels.jacobian, [('q', q, _SIX)], [arm.constants], [(6, 6)])[0]
+
+
+def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    """
+    Return the time derivative of the Jacobian.
+
+    Parameters
+    ----------
+    q, qd : array_like, shape (..., 6)
+        Joint positions [rad] and velocities [rad/s].
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6, 6)
+        dJ/dt, rows as in :func:`jacobian`.
+
+    Raises
+    ------
+    Refusal
+        If an argument has another shape or holds a number that is not finite.
+
+    """
+    return apply(kernels.jacobian_rate, [('q', q, _SIX), ('qd', qd, _SIX)], [arm.constants],
+                 [(6, 6)])[0]
