@@ -1,1 +1,43 @@
-"""The arm in three dimensions: in a browser, in a picture, in a video."""
+"""Pictures of a run: in the browser (``ur5 view``) and off screen (``ur5 render``)."""
+
+from pathlib import Path
+
+from ur5_ros.errors import Refusal
+
+
+def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
+    """
+    Serve a page with the arm on 127.0.0.1 until interrupted.
+
+    Parameters
+    ----------
+    run : pathlib.Path, optional
+        Run folder; the newest below ``bags/`` if none is given.
+    live : bool
+        Show what runs now instead.
+    port : int
+        Wanted port; the next free one is taken.
+
+    Raises
+    ------
+    Refusal
+        If the viewer is not installed, or the run cannot be read.
+
+    """
+    try:
+        import viser  # noqa: F401
+    except ImportError:
+        raise Refusal('the viewer needs viser; install it with: pip install "ur5_ros[view]"'
+                      ) from None
+    if live and run is not None:
+        raise Refusal('--live shows what runs now; leave the run away')
+    if live:
+        from ur5_ros.viewer.live import LiveView
+        shown = LiveView(port)
+    else:
+        from ur5_ros.analysis.run import load_run
+        from ur5_ros.bag.folder import newest_run
+        from ur5_ros.viewer.recorded import RecordedView
+        shown = RecordedView(load_run(run or newest_run(Path('bags'))), port)
+    print(f'{shown.page.address}  (Ctrl-C ends)', flush=True)
+    shown.serve()

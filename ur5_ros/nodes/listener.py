@@ -1,0 +1,89 @@
+"""The newest joint states, reference and robot description, taken when asked for."""
+
+from typing import NamedTuple
+
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory
+
+from ur5_ros.signals import JOINT_NAMES
+
+_NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+_LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
+                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Sample(NamedTuple):
+    """One joint state, and what the law wanted last."""
+
+    t: float
+    """Stamp [s]."""
+    q: np.ndarray
+    """Positions [rad], shape (6,)."""
+    effort: np.ndarray
+    """Efforts [N m], shape (6,); NaN where none is published."""
+    wanted: np.ndarray
+    """Wanted positions [rad], shape (6,); NaN where no reference is published."""
+
+
+class Listener:
+    """
+    Three subscriptions that keep the newest message each and are never spun.
+
+    Best effort, so that a simulator in lockstep never waits for who only watches.
+
+    """
+
+    def __init__(self) -> None:
+        rclpy.init()
+        self._node = Node('ur5_view', start_parameter_services=False)
+        nothing = lambda message: None  # noqa: E731
+        self._states = self._node.create_subscription(
+            JointState, '/joint_states', nothing, _NEWEST)
+        self._reference = self._node.create_subscription(
+            JointTrajectory, '/ur5_control/reference', nothing, _NEWEST)
+        self._description = self._node.create_subscription(
+            String, '/robot_description', nothing, _LATCHED)
+        self._wanted = np.full(6, np.nan)
+
+    def description(self) -> str | None:
+        """Return the robot description, if one has come since the last call."""
+        message = _take(self._description)
+        return None if message is None else message.data
+
+    def sample(self) -> Sample | None:
+        """Return the newest state, if one has come since the last call."""
+        reference = _take(self._reference)
+        if reference is not None and reference.points:
+            self._wanted = _by_name(reference.joint_names, reference.points[0].positions)
+        message = _take(self._states)
+        if message is None:
+            return None
+        stamp = message.header.stamp
+        return Sample(stamp.sec + 1e-9 * stamp.nanosec, _by_name(message.name, message.position),
+                      _by_name(message.name, message.effort), self._wanted)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _take(subscription):
+    with subscription.handle:
+        taken = subscription.handle.take_message(subscription.msg_type, False)
+    return None if taken is None else taken[0]
+
+
+def _by_name(names, values) -> np.ndarray:
+    """Return six values in joint order, whatever the order and prefix of the names."""
+    ordered = np.full(6, np.nan)
+    for name, value in zip(names, values, strict=False):
+        for i, joint in enumerate(JOINT_NAMES):
+            if name.endswith(joint):
+                ordered[i] = value
+    return ordered

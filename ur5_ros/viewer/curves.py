@@ -1,0 +1,103 @@
+"""Curves beside the arm: torques, joint errors, tool error, with a mark at the time shown."""
+
+import numpy as np
+import viser
+from viser import uplot
+
+from ur5_ros.viewer.track import Track
+
+SHORT_NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
+#: Told apart on light and on dark ground (the palette of the report's lines).
+COLOURS = ('#4c78a8', '#e45756', '#54a24b', '#f58518', '#b279a2', '#72b7b2')
+MARK = '#888888'
+
+
+class Curve:
+    """
+    One chart over time with a mark that can be moved.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where to draw.
+    title : str
+        What is shown, with its unit.
+    names : sequence of str
+        One name a column.
+    t : numpy.ndarray, shape (n,)
+        Time [s].
+    values : numpy.ndarray, shape (n, len(names))
+        What is drawn; NaN leaves a gap.
+
+    """
+
+    def __init__(self, server: viser.ViserServer, title: str, names: tuple[str, ...],
+                 t: np.ndarray, values: np.ndarray):
+        lines = [uplot.Series(label=name, stroke=COLOURS[i], width=1.5)
+                 for i, name in enumerate(names)]
+        mark = uplot.Series(label='now', stroke=MARK, width=1.0,
+                            points=uplot.Series_Points(show=True, size=7.0, fill=MARK))
+        self._t, self._values, self._row = t, values, 0
+        self._chart = server.gui.add_uplot(
+            data=self._data(0), series=(uplot.Series(label='t [s]'), *lines, mark), title=title,
+            scales=self._scales(), height=170, legend=uplot.Legend(show=False),
+            axes=(uplot.Axis(stroke=MARK), uplot.Axis(stroke=MARK, size=62.0)))
+
+    def mark(self, row: int) -> None:
+        """Put the mark at a row of the data."""
+        if row != self._row:
+            self._row = row
+            self._chart.data = self._data(row)
+
+    def show(self, t: np.ndarray, values: np.ndarray) -> None:
+        """Draw other data, with the mark at their end."""
+        self._t, self._values, self._row = t, values, len(t) - 1
+        self._chart.scales = self._scales()
+        self._chart.data = self._data(self._row)
+
+    def _scales(self) -> dict[str, uplot.Scale]:
+        """Return the ranges, stated because gaps would leave uPlot without any."""
+        known = self._values[np.isfinite(self._values)]
+        low, high = (known.min(), known.max()) if len(known) else (0.0, 1.0)
+        margin = 0.06 * (high - low) or 0.5
+        return {'x': uplot.Scale(time=False, range=(float(self._t[0]), float(self._t[-1]))),
+                'y': uplot.Scale(range=(float(low - margin), float(high + margin)))}
+
+    def _data(self, row: int) -> tuple[np.ndarray, ...]:
+        mark = np.full(len(self._t), np.nan)
+        shown = self._values[row]
+        if np.isfinite(shown).any():
+            mark[row] = shown[np.nanargmax(np.abs(shown))]
+        return (self._t, *np.ascontiguousarray(self._values.T), mark)
+
+
+class Curves:
+    """The three charts of a track."""
+
+    def __init__(self, server: viser.ViserServer, track: Track):
+        self._charts = [Curve(server, title, names, track.t, values)
+                        for (title, names), values in zip(_CHARTS, _values(track), strict=True)]
+        server.gui.add_markdown(' '.join(
+            f'<span style="color:{colour}">&#9632;</span> {name}'
+            for colour, name in zip(COLOURS, SHORT_NAMES, strict=True)))
+
+    def mark(self, row: int) -> None:
+        """Put the mark of every chart at a row."""
+        for chart in self._charts:
+            chart.mark(row)
+
+    def show(self, track: Track) -> None:
+        """Draw another track."""
+        for chart, values in zip(self._charts, _values(track), strict=True):
+            chart.show(track.t, values)
+
+
+_CHARTS = (
+    ('Torque [N m]', SHORT_NAMES),
+    ('Joint error [mrad]', SHORT_NAMES),
+    ('Tool error [mm]', ('tool',)),
+)
+
+
+def _values(track: Track) -> tuple[np.ndarray, ...]:
+    return track.effort, 1e3 * track.error, 1e3 * track.tool_error[:, None]

@@ -1,0 +1,97 @@
+"""What runs now, in the browser: the arm of /robot_description with its newest states."""
+
+import time
+from collections import deque
+
+import numpy as np
+
+from ur5_ros.config import load_arm
+from ur5_ros.errors import Refusal
+from ur5_ros.nodes.listener import Listener, Sample
+from ur5_ros.viewer.arm_scene import MEASURED, WANTED
+from ur5_ros.viewer.server import Page, numbers
+from ur5_ros.viewer.track import Track, tool_positions, tree_of
+from ur5_ros.viewer.urdf_tree import UrdfTree, parse_urdf
+
+FRAME = 1 / 25
+KEPT = 500
+PATIENCE = 3.0
+
+
+class LiveView:
+    """
+    The page of the running system; waits for the first joint state.
+
+    Parameters
+    ----------
+    port : int
+        Wanted port on 127.0.0.1.
+
+    """
+
+    def __init__(self, port: int = 8080):
+        self._listener = Listener()
+        self._tree = self._described()
+        self._samples: deque[Sample] = deque(maxlen=KEPT)
+        self.page = Page(self._tree, _empty(), 'ur5, live', port)
+        self._drawn = 0.0
+
+    def serve(self) -> None:
+        """Follow until interrupted."""
+        try:
+            while True:
+                self.update()
+                time.sleep(FRAME)
+        except KeyboardInterrupt:
+            pass
+        finally:
+            self.close()
+
+    def update(self) -> bool:
+        """Take what has come and show it; tell whether there was anything."""
+        sample = self._listener.sample()
+        if sample is None or not np.isfinite(sample.q).all():
+            return False
+        if self._samples and sample.t < self._samples[-1].t:
+            self._samples.clear()  # another run
+        self._samples.append(sample)
+        track = self._track()
+        row = len(track.t) - 1
+        self.page.arm.pose(track.q[row])
+        self.page.numbers.content = numbers(track, row)
+        if time.monotonic() - self._drawn > 0.2 and len(self._samples) > 1:
+            self._drawn = time.monotonic()
+            self.page.curves.show(track)
+            self.page.arm.path('measured', track.tool, MEASURED)
+            self.page.arm.path('wanted', track.wanted, WANTED)
+        return True
+
+    def close(self) -> None:
+        """Stop serving and leave the graph."""
+        self.page.close()
+        self._listener.close()
+
+    def _described(self) -> UrdfTree:
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            text = self._listener.description()
+            if text is not None:
+                try:
+                    return parse_urdf(text)
+                except Refusal:
+                    self._listener.close()
+                    raise
+            time.sleep(0.05)
+        print('no /robot_description yet; drawing a ur5')
+        return tree_of(load_arm('ur5'))
+
+    def _track(self) -> Track:
+        q = np.array([sample.q for sample in self._samples])
+        wanted = np.array([sample.wanted for sample in self._samples])
+        return Track(np.array([sample.t for sample in self._samples]), q,
+                     np.array([sample.effort for sample in self._samples]), q - wanted,
+                     tool_positions(self._tree, q), tool_positions(self._tree, wanted))
+
+
+def _empty() -> Track:
+    return Track(np.zeros(1), *(np.full((1, n), np.nan) for n in (6, 6, 6, 3, 3)))

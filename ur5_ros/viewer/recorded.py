@@ -1,0 +1,78 @@
+"""A recorded run in the browser: a timeline over arm, paths and curves."""
+
+import threading
+import time
+
+from ur5_ros.analysis.series import Run
+from ur5_ros.viewer.arm_scene import MEASURED, WANTED
+from ur5_ros.viewer.server import Page
+from ur5_ros.viewer.track import arm_of, track, tree_of
+
+FRAME = 1 / 25
+
+
+class RecordedView:
+    """
+    The page of one run.
+
+    Parameters
+    ----------
+    run : Run
+        What to show.
+    port : int
+        Wanted port on 127.0.0.1.
+
+    """
+
+    def __init__(self, run: Run, port: int = 8080):
+        tree = tree_of(arm_of(run))
+        self._track = track(run, tree)
+        self.page = Page(tree, self._track, f'ur5 {run.name}', port)
+        self.page.arm.path('measured', self._track.tool, MEASURED)
+        self.page.arm.path('wanted', self._track.wanted, WANTED)
+        end = float(self._track.t[-1])
+        gui = self.page.server.gui
+        with self.page.controls:
+            self.time = gui.add_slider('t [s]', 0.0, end, step=end / 1000, initial_value=0.0)
+            self.play = gui.add_button('Play')
+            self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
+                                          initial_value='1')
+        self._playing = False
+        self._lock = threading.Lock()
+        self.time.on_update(lambda _: self._show())
+        self.play.on_click(lambda _: self._toggle())
+        self._show()
+
+    def serve(self) -> None:
+        """Play while the button says so, until interrupted."""
+        last = time.monotonic()
+        try:
+            while True:
+                time.sleep(FRAME)
+                now = time.monotonic()
+                self.advance(now - last)
+                last = now
+        except KeyboardInterrupt:
+            pass
+        finally:
+            self.page.close()
+
+    def advance(self, seconds: float) -> None:
+        """Move the timeline by wall-clock seconds if it plays."""
+        if not self._playing:
+            return
+        end = float(self._track.t[-1])
+        t = self.time.value + seconds * float(self.speed.value)
+        self.time.value = min(t, end)
+        if t >= end:
+            self._toggle()
+
+    def _toggle(self) -> None:
+        self._playing = not self._playing
+        if self._playing and self.time.value >= float(self._track.t[-1]) - 1e-9:
+            self.time.value = 0.0
+        self.play.label = 'Pause' if self._playing else 'Play'
+
+    def _show(self) -> None:
+        with self._lock:
+            self.page.show(self._track, self._track.row(self.time.value))

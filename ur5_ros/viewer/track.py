@@ -1,0 +1,104 @@
+"""A run thinned to what a screen can show: tool paths, errors, torques."""
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis.series import Run
+from ur5_ros.config import load_arm
+from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.sim.urdf import urdf_text
+from ur5_ros.viewer.urdf_tree import UrdfTree, link_poses, parse_urdf
+
+
+class Track(NamedTuple):
+    """Rows of a run at even times; NaN where nothing was recorded."""
+
+    t: np.ndarray
+    """Simulated time since the first state [s], shape (n,)."""
+    q: np.ndarray
+    """Measured joint positions [rad], shape (n, 6)."""
+    effort: np.ndarray
+    """Torque that acted [N m], shape (n, 6)."""
+    error: np.ndarray
+    """Measured minus wanted joint positions [rad], shape (n, 6)."""
+    tool: np.ndarray
+    """Measured tool position in the root frame [m], shape (n, 3)."""
+    wanted: np.ndarray
+    """Wanted tool position in the root frame [m], shape (n, 3)."""
+
+    @property
+    def tool_error(self) -> np.ndarray:
+        """Distance of the tool from where it should be [m], shape (n,)."""
+        return np.linalg.norm(self.tool - self.wanted, axis=-1)
+
+    def row(self, t: float) -> int:
+        """Return the last row that is not later than ``t`` [s]."""
+        return int(np.clip(np.searchsorted(self.t, t, side='right') - 1, 0, len(self.t) - 1))
+
+
+def arm_of(run: Run) -> ArmParameters:
+    """Return the simulated arm of a run, else the law's, else the default arm."""
+    side = run.sim or run.control
+    return side.arm if side is not None else load_arm('ur5')
+
+
+def tree_of(arm: ArmParameters) -> UrdfTree:
+    """Return the frames and shapes of an arm; a set of point masses is drawn all the same."""
+    if not arm.has_tensors:
+        arm = dataclasses.replace(arm, inertia=np.broadcast_to(1e-3 * np.eye(3), (6, 3, 3)))
+    return parse_urdf(urdf_text(arm))
+
+
+def tool_positions(tree: UrdfTree, q: np.ndarray) -> np.ndarray:
+    """Return the origin of the last frame in the root frame [m]: (n, 6) -> (n, 3)."""
+    poses = link_poses(tree, joint_angles(tree, q))
+    last = 'tool0' if 'tool0' in poses else tree.joints[-1].child
+    name = next((link for link in poses if link.endswith('tool0')), last)
+    return poses[name][..., :3, 3]
+
+
+def joint_angles(tree: UrdfTree, q: np.ndarray) -> dict[str, np.ndarray]:
+    """Return positions (..., 6) by the joint names of the tree, whatever their prefix."""
+    angles = {}
+    for joint in tree.joints:
+        for i, name in enumerate(JOINT_NAMES):
+            if joint.name.endswith(name):
+                angles[joint.name] = q[..., i]
+    return angles
+
+
+def track(run: Run, tree: UrdfTree, rows: int = 1500) -> Track:
+    """
+    Return at most ``rows`` rows of a run, evenly spread.
+
+    Parameters
+    ----------
+    run : Run
+        A run with at least two states.
+    tree : UrdfTree
+        The arm whose tool is followed.
+    rows : int
+        How many rows to keep.
+
+    Returns
+    -------
+    Track
+        What the viewer and the renderer show.
+
+    Raises
+    ------
+    Refusal
+        If there is nothing to show.
+
+    """
+    if len(run.stamp) < 2:
+        raise Refusal(f'{run.name}: {len(run.stamp)} states; a picture needs two at least')
+    pick = np.unique(np.linspace(0, len(run.stamp) - 1, rows).round().astype(int))
+    q = run.states.q[pick]
+    wanted = np.full_like(q, np.nan) if run.reference is None else run.reference.q[pick]
+    return Track(run.t[pick], q, run.states.effort[pick], q - wanted,
+                 tool_positions(tree, q), tool_positions(tree, wanted))

@@ -1,0 +1,195 @@
+"""A URDF as frames and primitive shapes: what a viewer needs of it."""
+
+import math
+import xml.etree.ElementTree as ElementTree
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.errors import Refusal
+
+MAX_CHARACTERS = 20_000_000
+
+
+class Visual(NamedTuple):
+    """A cylinder, a box or a sphere, placed in its link's frame."""
+
+    kind: str
+    """``cylinder``, ``sphere`` or ``box``."""
+    size: tuple[float, ...]
+    """Radius and length, radius, or three edges [m]."""
+    pose: np.ndarray
+    """Pose in the link, shape (4, 4)."""
+    colour: tuple[int, int, int]
+
+
+class Joint(NamedTuple):
+    """A joint and the frame that it carries."""
+
+    name: str
+    parent: str
+    child: str
+    pose: np.ndarray
+    """Pose of the child in the parent at zero, shape (4, 4)."""
+    axis: np.ndarray
+    """Axis of rotation in the child's frame, shape (3,); zeros for a fixed joint."""
+
+
+class UrdfTree(NamedTuple):
+    """Root link, joints from the root outwards, and shapes by link."""
+
+    root: str
+    joints: tuple[Joint, ...]
+    visuals: dict[str, tuple[Visual, ...]]
+
+
+def parse_urdf(text: str) -> UrdfTree:
+    """
+    Return frames and primitive shapes of a URDF; meshes are left out.
+
+    Parameters
+    ----------
+    text : str
+        The XML document.
+
+    Returns
+    -------
+    UrdfTree
+        Joints in an order in which each parent comes before its children.
+
+    Raises
+    ------
+    Refusal
+        If the text is no URDF with one root.
+
+    """
+    if len(text) > MAX_CHARACTERS:
+        raise Refusal(f'robot description of {len(text)} characters; at most {MAX_CHARACTERS}')
+    try:
+        robot = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise Refusal(f'robot description is no XML: {error}') from None
+    colours = {material.get('name'): _colour(material) for material in robot.findall('material')}
+    visuals = {link.get('name'): tuple(_visuals(link, colours)) for link in robot.findall('link')}
+    joints = {joint.find('child').get('link'): _joint(joint) for joint in robot.findall('joint')}
+    roots = [name for name in visuals if name not in joints]
+    if len(roots) != 1:
+        raise Refusal(f'robot description has {len(roots)} root links; one is needed')
+    ordered, known = [], {roots[0]}
+    while len(ordered) < len(joints):
+        ready = [joint for joint in joints.values()
+                 if joint.parent in known and joint.child not in known]
+        if not ready:
+            raise Refusal('robot description has joints that no link carries')
+        ordered += ready
+        known |= {joint.child for joint in ready}
+    return UrdfTree(roots[0], tuple(ordered), visuals)
+
+
+def link_poses(tree: UrdfTree, angles: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """
+    Return the pose of every link in the root.
+
+    Parameters
+    ----------
+    tree : UrdfTree
+        The arm.
+    angles : dict of str to numpy.ndarray, shape (...)
+        Angle of each moving joint [rad], by name; zero where it is missing.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (..., 4, 4)
+        By link name.
+
+    """
+    poses = {tree.root: np.eye(4)}
+    for joint in tree.joints:
+        angle = angles.get(joint.name)
+        pose = poses[joint.parent] @ joint.pose
+        poses[joint.child] = pose if angle is None else pose @ turn(joint.axis, angle)
+    return poses
+
+
+def turn(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return the pose (..., 4, 4) of a rotation by ``angle`` [rad] about a unit ``axis``."""
+    angle = np.asarray(angle, dtype=float)
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    pose = np.zeros((*angle.shape, 4, 4))
+    pose[..., :3, :3] = (np.eye(3) + np.sin(angle)[..., None, None] * cross
+                         + (1.0 - np.cos(angle))[..., None, None] * (cross @ cross))
+    pose[..., 3, 3] = 1.0
+    return pose
+
+
+def quaternion(rotation: np.ndarray) -> np.ndarray:
+    """Return w, x, y, z of a rotation matrix (3, 3)."""
+    squares = np.array([1.0 + np.trace(rotation),
+                        *(1.0 + 2.0 * rotation[i, i] - np.trace(rotation) for i in range(3))])
+    i = int(np.argmax(squares))
+    r = rotation
+    rows = {
+        0: [squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
+        1: [r[2, 1] - r[1, 2], squares[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
+        2: [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], squares[2], r[1, 2] + r[2, 1]],
+        3: [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], squares[3]],
+    }
+    return np.array(rows[i]) / (2.0 * math.sqrt(squares[i]))
+
+
+def _joint(joint: ElementTree.Element) -> Joint:
+    kind, axis = joint.get('type'), joint.find('axis')
+    if kind in ('revolute', 'continuous'):
+        direction = np.array(_numbers(axis.get('xyz') if axis is not None else '1 0 0', 3))
+        direction = direction / np.linalg.norm(direction)
+    else:
+        direction = np.zeros(3)
+    return Joint(joint.get('name'), joint.find('parent').get('link'),
+                 joint.find('child').get('link'), _origin(joint), direction)
+
+
+def _visuals(link: ElementTree.Element, colours: dict) -> list[Visual]:
+    found = []
+    for visual in link.findall('visual'):
+        material = visual.find('material')
+        colour = (180, 180, 185)
+        if material is not None:
+            colour = _colour(material) or colours.get(material.get('name')) or colour
+        shape = next(iter(visual.find('geometry')), None)
+        if shape is None or shape.tag not in ('cylinder', 'sphere', 'box'):
+            continue
+        size = {'cylinder': lambda s: (float(s.get('radius')), float(s.get('length'))),
+                'sphere': lambda s: (float(s.get('radius')),),
+                'box': lambda s: tuple(_numbers(s.get('size'), 3))}[shape.tag](shape)
+        found.append(Visual(shape.tag, size, _origin(visual), colour))
+    return found
+
+
+def _colour(material: ElementTree.Element) -> tuple[int, int, int] | None:
+    colour = material.find('color')
+    if colour is None:
+        return None
+    red, green, blue, _ = (round(255 * value) for value in _numbers(colour.get('rgba'), 4))
+    return red, green, blue
+
+
+def _origin(element: ElementTree.Element) -> np.ndarray:
+    origin = element.find('origin')
+    if origin is None:
+        return np.eye(4)
+    roll, pitch, yaw = _numbers(origin.get('rpy', '0 0 0'), 3)
+    pose = turn(np.array([0, 0, 1]), yaw) @ turn(np.array([0, 1, 0]), pitch) @ turn(
+        np.array([1, 0, 0]), roll)
+    pose[:3, 3] = _numbers(origin.get('xyz', '0 0 0'), 3)
+    return pose
+
+
+def _numbers(text: str | None, count: int) -> list[float]:
+    try:
+        numbers = [float(word) for word in (text or '').split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise Refusal(f'robot description: {text!r}; {count} numbers are needed')
+    return numbers
