@@ -46,11 +46,16 @@ def arm_of(run: Run) -> ArmParameters:
     return side.arm if side is not None else load_arm('ur5')
 
 
+def drawable(arm: ArmParameters) -> ArmParameters:
+    """Return an arm of the same looks that a URDF can hold: point masses get a size."""
+    if arm.has_tensors:
+        return arm
+    return dataclasses.replace(arm, inertia=np.broadcast_to(1e-3 * np.eye(3), (6, 3, 3)))
+
+
 def tree_of(arm: ArmParameters) -> UrdfTree:
-    """Return the frames and shapes of an arm; a set of point masses is drawn all the same."""
-    if not arm.has_tensors:
-        arm = dataclasses.replace(arm, inertia=np.broadcast_to(1e-3 * np.eye(3), (6, 3, 3)))
-    return parse_urdf(urdf_text(arm))
+    """Return the frames and shapes of an arm."""
+    return parse_urdf(urdf_text(drawable(arm)))
 
 
 def tool_positions(tree: UrdfTree, q: np.ndarray) -> np.ndarray:

@@ -1,0 +1,97 @@
+"""One picture of a run: the arm with both tool paths, and three strips of curves below it."""
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from ur5_ros.sim.camera import Camera
+from ur5_ros.viewer.track import Track
+
+MEASURED, WANTED = (31, 119, 180), (230, 97, 1)
+COLOURS = ((76, 120, 168), (228, 87, 86), (84, 162, 75), (245, 133, 24), (178, 121, 162),
+           (114, 183, 178))
+INK, FAINT, PAPER = (40, 40, 40), (205, 205, 205), (255, 255, 255)
+NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
+
+
+class Frames:
+    """
+    Draws rows of a track.
+
+    Parameters
+    ----------
+    track : Track
+        The run.
+    camera : Camera
+        Takes the upper part of the picture.
+    strips : int
+        Height of the lower part [pixels].
+
+    """
+
+    def __init__(self, track: Track, camera: Camera, strips: int):
+        self._track, self._camera, self._strips = track, camera, strips
+        self._measured = camera.pixels(track.tool)
+        self._wanted = camera.pixels(track.wanted)
+        self._font = ImageFont.load_default(max(10, camera.height // 34))
+        self._charts = Image.new('RGB', (camera.width, strips), PAPER)
+        self._inside = []
+        draw = ImageDraw.Draw(self._charts)
+        columns = (('torque [N m]', track.effort), ('joint error [mrad]', 1e3 * track.error),
+                   ('tool error [mm]', 1e3 * track.tool_error[:, None]))
+        for i, (title, values) in enumerate(columns):
+            self._inside.append(self._chart(draw, i, title, values))
+
+    def frame(self, row: int) -> np.ndarray:
+        """Return one row as an image (height, width, 3) of bytes."""
+        track, camera = self._track, self._camera
+        whole = Image.new('RGB', (camera.width, camera.height + self._strips), PAPER)
+        whole.paste(Image.fromarray(camera.picture(track.q[row])), (0, 0))
+        draw = ImageDraw.Draw(whole)
+        self._path(draw, self._wanted, WANTED)
+        self._path(draw, self._measured[:row + 1], MEASURED)
+        said = f't = {track.t[row]:6.2f} s'
+        if np.isfinite(track.tool_error[row]):
+            said += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
+        edge = camera.height // 40
+        draw.text((edge, edge), said, INK, self._font)
+        line = 1.5 * self._font.size
+        draw.text((edge, edge + line), 'wanted', WANTED, self._font)
+        draw.text((edge + 5 * self._font.size, edge + line), 'measured', MEASURED, self._font)
+        for i, (name, colour) in enumerate(zip(NAMES, COLOURS, strict=True)):
+            draw.text((camera.width - edge, edge + i * line), name, colour, self._font,
+                      anchor='ra')
+        whole.paste(self._charts, (0, camera.height))
+        for left, top, right, bottom in self._inside:
+            share = track.t[row] / max(track.t[-1], 1e-9)
+            x = left + share * (right - left)
+            draw.line([(x, camera.height + top), (x, camera.height + bottom)], INK, 1)
+        return np.asarray(whole)
+
+    @staticmethod
+    def _path(draw: ImageDraw.ImageDraw, points: np.ndarray, colour: tuple) -> None:
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points) > 1:
+            draw.line([tuple(point) for point in points.tolist()], colour, 2)
+
+    def _chart(self, draw: ImageDraw.ImageDraw, i: int, title: str, values: np.ndarray) -> tuple:
+        """Draw the curves of one strip; return its inside (left, top, right, bottom)."""
+        size = self._font.size
+        width = self._camera.width / 3
+        left, right = i * width + 3.2 * size, (i + 1) * width - 0.6 * size
+        top, bottom = 1.8 * size, self._strips - 0.7 * size
+        known = values[np.isfinite(values)]
+        low, high = (known.min(), known.max()) if len(known) else (0.0, 1.0)
+        low, high = min(low, 0.0), max(high, low + 1e-9, 0.0)
+        draw.text((left, 0.3 * size), title, INK, self._font)
+        for level in (low, 0.0, high):
+            y = bottom - (level - low) / (high - low) * (bottom - top)
+            draw.line([(left, y), (right, y)], FAINT, 1)
+            if level == 0.0 or abs(level) > 0.15 * (high - low):
+                draw.text((left - 0.3 * size, y), f'{level:.3g}', INK, self._font, anchor='rm')
+        x = left + self._track.t / max(self._track.t[-1], 1e-9) * (right - left)
+        for column, colour in zip(values.T, COLOURS, strict=False):
+            good = np.isfinite(column)
+            y = bottom - (column[good] - low) / (high - low) * (bottom - top)
+            if good.sum() > 1:
+                draw.line(np.c_[x[good], y].ravel().tolist(), colour, 1 + size // 18)
+        return left, top, right, bottom

@@ -1,0 +1,115 @@
+"""A run as a picture or a video, made off screen: ``ur5 render``."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ur5_ros.analysis.run import load_run
+from ur5_ros.errors import Refusal
+
+RATE = 25
+GIF_RATE = 10
+GIF_SECONDS = 8.0
+KINDS = ('.png', '.mp4', '.gif')
+
+
+def render(run: Path, out: Path, progress: Callable[[float], None] = lambda share: None) -> Path:
+    """
+    Draw a run.
+
+    A ``.png`` shows the moment in the middle of the run, an ``.mp4`` the run in real time, a
+    ``.gif`` the run in eight seconds.
+
+    Parameters
+    ----------
+    run : pathlib.Path
+        Run folder.
+    out : pathlib.Path
+        File to write; must not exist.
+    progress : callable
+        Told the share that is done, 0 to 1.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    Refusal
+        If the ending is unknown, the file exists, or the run cannot be read.
+
+    """
+    out = Path(out)
+    if out.suffix not in KINDS:
+        raise Refusal(f'{out}: unknown ending; give one of: {", ".join(KINDS)}')
+    if out.exists():
+        raise Refusal(f'{out} exists; remove it or name another file')
+    if not out.absolute().parent.is_dir():
+        raise Refusal(f'{out.absolute().parent}: no such folder; make it first')
+    try:
+        import imageio_ffmpeg  # noqa: F401
+        import PIL  # noqa: F401
+    except ImportError:
+        raise Refusal('pictures need Pillow and imageio-ffmpeg; install them with: '
+                      'pip install "ur5_ros[view]"') from None
+    from ur5_ros.sim.camera import Camera
+    from ur5_ros.viewer.frame import Frames
+    from ur5_ros.viewer.track import arm_of, drawable, track, tree_of
+
+    recorded = load_run(run)
+    arm = drawable(arm_of(recorded))
+    rows = track(recorded, tree_of(arm))
+    size, strips = {'.png': ((1200, 800), 220), '.mp4': ((800, 520), 160),
+                    '.gif': ((480, 320), 110)}[out.suffix]
+    camera = Camera(arm, *size)
+    try:
+        frames = Frames(rows, camera, strips)
+        if out.suffix == '.png':
+            _picture(frames.frame(len(rows.t) // 2), out)
+        elif out.suffix == '.mp4':
+            _video(frames, _rows(rows.t, RATE, 1.0), out, progress)
+        else:
+            speed = max(1.0, float(rows.t[-1]) / GIF_SECONDS)
+            _animation(frames, _rows(rows.t, GIF_RATE, speed), out, progress)
+    finally:
+        camera.close()
+    return out
+
+
+def _rows(t: np.ndarray, rate: float, speed: float) -> np.ndarray:
+    """Return the row to show in each frame."""
+    shown = np.arange(0.0, float(t[-1]) + 0.5 * speed / rate, speed / rate)
+    return np.clip(np.searchsorted(t, shown), 0, len(t) - 1)
+
+
+def _picture(frame: np.ndarray, out: Path) -> None:
+    from PIL import Image
+    Image.fromarray(frame).save(out)
+
+
+def _video(frames, rows: np.ndarray, out: Path, progress: Callable[[float], None]) -> None:
+    import imageio_ffmpeg
+    first = frames.frame(rows[0])
+    writer = imageio_ffmpeg.write_frames(
+        str(out), (first.shape[1], first.shape[0]), fps=RATE, codec='libx264', quality=7,
+        macro_block_size=2, ffmpeg_log_level='error')
+    writer.send(None)
+    try:
+        for i, row in enumerate(rows):
+            writer.send(np.ascontiguousarray(frames.frame(row)))
+            progress((i + 1) / len(rows))
+    finally:
+        writer.close()
+
+
+def _animation(frames, rows: np.ndarray, out: Path, progress: Callable[[float], None]) -> None:
+    from PIL import Image
+    pictures = []
+    for i, row in enumerate(rows):
+        picture = Image.fromarray(frames.frame(row))
+        pictures.append(picture.quantize(64, dither=Image.Dither.NONE))
+        progress((i + 1) / len(rows))
+    pictures[0].save(out, save_all=True, append_images=pictures[1:], loop=0, optimize=True,
+                     duration=round(1000 / GIF_RATE))
