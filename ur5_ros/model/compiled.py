@@ -16,6 +16,7 @@ R1 = types.Array(types.float64, 1, 'C', readonly=True)
 R2 = types.Array(types.float64, 2, 'C', readonly=True)
 W1 = types.Array(types.float64, 1, 'C')
 W2 = types.Array(types.float64, 2, 'C')
+B1 = types.Array(types.boolean, 1, 'C')
 
 #: From this many states on the lock is released and the work is shared among threads.
 LARGE = 1024

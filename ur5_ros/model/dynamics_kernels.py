@@ -340,25 +340,25 @@ def inverse(q, qd, qdd, k, tau):
 
 @inlined
 def solve(m, x, at):
-    """Overwrite x with the solution of m x = x by Cholesky, m (6, 6) with its factor."""
+    """Overwrite six numbers of x with m^-1 x by Cholesky, and m (6, 6) with its factor."""
     for j in range(6):
         for i in range(j):
             m[j, j] -= m[j, i] * m[j, i]
         if not m[j, j] > 0.0:
             return False
         m[j, j] = sqrt(m[j, j])
-        for i in range(j + 1, 6):
-            for l in range(j):
-                m[i, j] -= m[i, l] * m[j, l]
-            m[i, j] /= m[j, j]
-    for i in range(6):
-        for l in range(i):
-            x[at + i] -= m[i, l] * x[at + l]
-        x[at + i] /= m[i, i]
-    for i in range(5, -1, -1):
-        for l in range(i + 1, 6):
-            x[at + i] -= m[l, i] * x[at + l]
-        x[at + i] /= m[i, i]
+        for r in range(j + 1, 6):
+            for i in range(j):
+                m[r, j] -= m[r, i] * m[j, i]
+            m[r, j] /= m[j, j]
+    for r in range(6):
+        for i in range(r):
+            x[at + r] -= m[r, i] * x[at + i]
+        x[at + r] /= m[r, r]
+    for r in range(5, -1, -1):
+        for i in range(r + 1, 6):
+            x[at + r] -= m[i, r] * x[at + i]
+        x[at + r] /= m[r, r]
     return True
 
 

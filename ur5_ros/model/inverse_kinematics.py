@@ -1,0 +1,270 @@
+"""
+Inverse kinematics: every joint configuration that brings the flange to a pose.
+
+Angles are those of the arm record, q_model = q_UR + ``arm.angle_offset``; poses stand in ``base``.
+The derivation is the paper's (section II-D), its misprints corrected (docs/equations.md), in terms
+of atan2 alone, which keeps all digits where acos loses half of them.
+"""
+
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy import empty
+
+from ur5_ros.errors import Refusal
+from ur5_ros.model import inverse_kernels as kernels
+from ur5_ros.model.arguments import finite_array
+from ur5_ros.model.parameters import ArmParameters, Limits
+
+_NO_MASK = empty(0, dtype=bool)
+_ZERO = np.zeros(1)
+_SLOTS = [np.array([i for i in range(8) if mask >> i & 1], dtype=np.int64) for mask in range(256)]
+_ALL = _SLOTS[255]
+for _slots in (_ZERO, *_SLOTS):
+    _slots.flags.writeable = False
+
+
+class Solutions(NamedTuple):
+    """All solutions of one pose, in the order of their branches."""
+
+    q: np.ndarray
+    """Joint positions [rad] in (-pi, pi], shape (n, 6), n at most 8."""
+    branch: np.ndarray
+    """Branch of each solution, shape (n,): 4 shoulder + 2 elbow + wrist, see the properties."""
+    wrist_singular: bool
+    """True where some solution has sin q5 = 0, so that its q6 was chosen freely."""
+    reason: str
+    """Why there is no solution; empty where there is one."""
+
+    @property
+    def shoulder(self) -> list[str]:
+        """'left' or 'right': on which side of its reaching direction the arm carries the wrist."""
+        return ['left' if branch < 4 else 'right' for branch in self.branch]
+
+    @property
+    def elbow(self) -> list[str]:
+        """'up' or 'down': above or below the line from shoulder to wrist in a forward reach."""
+        return ['down' if branch & 2 else 'up' for branch in self.branch]
+
+    @property
+    def wrist(self) -> list[str]:
+        """'plain' (sin q5 >= 0) or 'flipped' (sin q5 < 0)."""
+        return ['flipped' if branch & 1 else 'plain' for branch in self.branch]
+
+
+def inverse_kinematics(
+    T: np.ndarray, arm: ArmParameters, q6: float | None = None,
+    q_near: np.ndarray | None = None,
+) -> Solutions:
+    """
+    Return all configurations that bring the flange to a pose.
+
+    Kebria 2016, eqs. (3) to (5), corrected.  Where two branches meet (elbow outstretched or
+    folded, wrist centre over axis 1) they are one solution.  Where the axes 4 and 6 are parallel
+    (sin q5 = 0) q6 is free: it is ``q6`` if given, else that of ``q_near``, else zero.
+
+    Parameters
+    ----------
+    T : array_like, shape (4, 4)
+        Pose of ``tool0`` in ``base`` [m].
+    arm : ArmParameters
+        The arm; its limits are not looked at.
+    q6 : float, optional
+        Angle of joint 6 where it is free [rad].
+    q_near : array_like, shape (6,), optional
+        Configuration whose q6 is kept where it is free [rad].
+
+    Returns
+    -------
+    Solutions
+        At most eight; none with a reason where the pose is out of reach.
+
+    Raises
+    ------
+    Refusal
+        If ``T`` is no rigid transform or a number is not finite.
+
+    """
+    free = _ZERO if q6 is None and q_near is None else _free_angle(q6, q_near)
+    q = empty((8, 6))
+    try:
+        code = kernels.solve.single(T, free, arm.constants, q, _NO_MASK)
+    except (TypeError, AttributeError):
+        kernels.solve.prepare()
+        T = finite_array('T', T, (4, 4))
+        code = kernels.solve.single(T, free, arm.constants, q, _NO_MASK)
+    if code == 255:
+        return Solutions(q, _ALL, False, '')
+    if code >= kernels.NOT_RIGID:
+        check_pose(T)
+    slots = _SLOTS[code & 255]
+    return Solutions(q[slots], slots, code >= kernels.SINGULAR,
+                     '' if slots.size else unreachable(T, arm))
+
+
+def inverse_kinematics_batch(
+    T: np.ndarray, arm: ArmParameters, q6: np.ndarray | float = 0.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return all configurations for each of many poses.
+
+    Parameters
+    ----------
+    T : array_like, shape (..., 4, 4)
+        Poses of ``tool0`` in ``base`` [m].
+    arm : ArmParameters
+        The arm; its limits are not looked at.
+    q6 : float or array_like, shape (...,)
+        Angle of joint 6 where it is free [rad].
+
+    Returns
+    -------
+    q : numpy.ndarray, shape (..., 8, 6)
+        Joint positions [rad] by branch, 4 shoulder + 2 elbow + wrist; NaN where there is none.
+    valid : numpy.ndarray of bool, shape (..., 8)
+        Which branches have a solution of their own.
+
+    Raises
+    ------
+    Refusal
+        If a pose is no rigid transform or a number is not finite.
+
+    """
+    poses = finite_array('T', T, (4, 4))
+    lead = poses.shape[:-2]
+    count = prod(lead)
+    free = np.ascontiguousarray(np.broadcast_to(finite_array('q6', q6, ()), lead)).reshape(-1)
+    q, valid = empty((*lead, 8, 6)), empty((*lead, 8), dtype=bool)
+    if count:
+        code = kernels.solve.run(count, [poses.reshape(-1, 4), free], [arm.constants],
+                                 [q.reshape(-1, 6), valid.reshape(-1)])
+        if code:
+            check_pose(poses)
+    return q, valid
+
+
+def nearest_solution(
+    T: np.ndarray, q_near: np.ndarray, arm: ArmParameters, limits: Limits | None = None,
+) -> np.ndarray:
+    """
+    Return the configuration nearest to another one that brings the flange to a pose.
+
+    All branches and all turns by 2 pi within the limits compete; the least sum of squares wins.
+
+    Parameters
+    ----------
+    T : array_like, shape (4, 4)
+        Pose of ``tool0`` in ``base`` [m].
+    q_near : array_like, shape (6,)
+        Configuration to stay close to, angles of the arm record [rad].
+    arm : ArmParameters
+        The arm.
+    limits : Limits, optional
+        Position limits in the manufacturer's angles, as everywhere (``arm.angle_offset`` is
+        added here); those of the arm by default.
+
+    Returns
+    -------
+    numpy.ndarray, shape (6,)
+        Joint positions, angles of the arm record [rad].
+
+    Raises
+    ------
+    Refusal
+        If the pose is out of reach, no rigid transform, or the limits exclude every branch.
+
+    """
+    q_near = finite_array('q_near', q_near, (6,))
+    limits = arm.limits if limits is None else limits
+    lower, upper = limits.lower + arm.angle_offset, limits.upper + arm.angle_offset
+    solutions = inverse_kinematics(T, arm, q_near=q_near)
+    if solutions.reason:
+        raise Refusal(f'T: {solutions.reason}')
+    turn = 2.0 * np.pi
+    q = solutions.q
+    least = np.ceil((lower - 1e-9 - q) / turn)
+    most = np.floor((upper + 1e-9 - q) / turn)
+    q = q + turn * np.clip(np.round((q_near - q) / turn), least, most)
+    allowed = np.all(least <= most, axis=-1)
+    if not np.any(allowed):
+        raise Refusal(_excluded(solutions.q, least > most, limits, arm))
+    distance = np.where(allowed, np.sum((q - q_near) ** 2, axis=-1), np.inf)
+    return np.clip(q[np.argmin(distance)], lower, upper)
+
+
+def check_pose(T: np.ndarray) -> None:
+    """
+    Refuse what is no rigid transform, and say by how much.
+
+    Parameters
+    ----------
+    T : array_like, shape (..., 4, 4)
+        Poses.
+
+    Raises
+    ------
+    Refusal
+        If a number is not finite, the last row is not (0, 0, 0, 1) or the rest no rotation.
+
+    """
+    poses = finite_array('T', T, (4, 4))
+    rotation = poses[..., :3, :3]
+    flat = poses.reshape(-1, 4, 4)
+    last = np.abs(flat[:, 3] - (0.0, 0.0, 0.0, 1.0)).max(axis=1, initial=0.0)
+    gram = np.abs(rotation @ np.swapaxes(rotation, -1, -2) - np.eye(3)).reshape(-1, 9).max(axis=1)
+    which = '' if poses.ndim == 2 else ' {}'
+    for what, defect in (('its last row differs from (0, 0, 0, 1) by', last),
+                         ('R R^T differs from 1 by', gram)):
+        worst = int(np.argmax(defect))
+        if defect[worst] > kernels.RIGID:
+            raise Refusal(f'T{which.format(worst)} is no rigid transform: {what} '
+                          f'{defect[worst]:.3g}; at most {kernels.RIGID:g} is taken as rounding')
+    determinant = np.linalg.det(flat[:, :3, :3])
+    worst = int(np.argmin(determinant))
+    if determinant[worst] < 1.0 - 4.0 * kernels.RIGID:
+        raise Refusal(f'T{which.format(worst)} is no rigid transform: det R is '
+                      f'{determinant[worst]:.6g}; give +1')
+
+
+def unreachable(T: np.ndarray, arm: ArmParameters) -> str:
+    """
+    Return in one sentence why an arm cannot reach a pose.
+
+    Parameters
+    ----------
+    T : numpy.ndarray, shape (4, 4)
+        A pose without solution.
+    arm : ArmParameters
+        The arm.
+
+    """
+    p5 = T[:3, 3] - arm.d[5] * T[:3, 2]
+    across = float(np.hypot(p5[0], p5[1]))
+    if across < abs(arm.d[3]):
+        return (f'out of reach: the origin of frame 5 lies {across:.6g} m from axis 1; '
+                f'at least |d4| = {abs(arm.d[3]):.6g} m is needed')
+    reach = abs(arm.a[1]) + abs(arm.a[2])
+    hole = abs(abs(arm.a[1]) - abs(arm.a[2]))
+    height = p5[2] - arm.d[0]
+    span = np.hypot(np.sqrt(across ** 2 - arm.d[3] ** 2), height)
+    return (f'out of reach: the wrist lies about {span:.6g} m from the shoulder, give or take '
+            f'|d5| = {abs(arm.d[4]):.6g} m; joints 2 and 3 span {hole:.6g} to {reach:.6g} m')
+
+
+def _free_angle(q6: float | None, q_near: np.ndarray | None) -> np.ndarray:
+    if q6 is not None:
+        return finite_array('q6', q6, ()).reshape(1)
+    return finite_array('q_near', q_near, (6,))[5:6]
+
+
+def _excluded(q: np.ndarray, outside: np.ndarray, limits: Limits, arm: ArmParameters) -> str:
+    if np.all(outside.any(axis=0)) or not np.any(outside.all(axis=0)):
+        joint = int(np.argmax(outside.sum(axis=0)))
+    else:
+        joint = int(np.argmax(outside.all(axis=0)))
+    found = ', '.join(f'{x:.4f}' for x in np.unique(np.round(q[:, joint]
+                                                            - arm.angle_offset[joint], 4)))
+    return (f'limits exclude all {len(q)} solutions: joint {joint + 1} may be '
+            f'{limits.lower[joint]:.4f} to {limits.upper[joint]:.4f} rad and the pose needs '
+            f'{found} (+-2 pi); widen the limits or give another pose')
