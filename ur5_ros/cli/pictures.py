@@ -1,0 +1,31 @@
+"""Commands that show the arm: view, render, urdf."""
+
+from pathlib import Path
+
+from ur5_ros.cli.exit_codes import YES
+from ur5_ros.errors import Refusal
+
+
+def view(run: Path | None, live: bool, port: int) -> int:
+    """Show a run, or what runs now, in the browser."""
+    from ur5_ros import viewer
+    viewer.view(run, live, port)
+    return YES
+
+
+def render(run: Path, out: Path) -> int:
+    """Write a video or a picture of a run."""
+    from ur5_ros.cli.terminal import progress
+    from ur5_ros.viewer.render import render as draw
+    with progress(f'drawing {out.name}', 100.0, '%') as advance:
+        draw(run, out, lambda share: advance(100.0 * share))
+    print(f'written: {out}')
+    return YES
+
+
+def urdf(arm: str, tf_prefix: str) -> int:
+    """Print the URDF of an arm."""
+    from ur5_ros.config import load_arm
+    from ur5_ros.sim.urdf import urdf_text
+    print(urdf_text(load_arm(arm), tf_prefix).rstrip())
+    return YES
