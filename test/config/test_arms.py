@@ -83,6 +83,7 @@ def mutated(path: list, value) -> str:
     return yaml.safe_dump(data)
 
 
+@pytest.mark.fault(38, 40, 41, 42, 44, 45)
 @pytest.mark.parametrize(('path', 'value', 'words'), [
     (['links', 2, 'mass'], None, 'links.2.mass: Field required'),
     (['links', 2, 'mass'], -2.275, 'mass of link 3 is -2.275 kg; give more than zero'),
@@ -98,6 +99,8 @@ def mutated(path: list, value) -> str:
     (['limits', 'effort'], [150.0] * 5 + [0.0], 'effort limit of joint 6'),
     (['limits', 'position'], [[1.0, -1.0] for _ in range(6)], 'lower must be less'),
     (['gravity', 'value'], [0.0, 0.0], 'gravity.value'),
+    (['links'], [], 'links: List should have at least 6'),
+    (['limits', 'velocity'], None, 'limits.velocity: Field required'),
 ])
 def test_a_file_that_is_no_arm_is_refused_in_one_line(path, value, words):
     with pytest.raises(Refusal, match=re.escape(words)) as refusal:
@@ -107,6 +110,7 @@ def test_a_file_that_is_no_arm_is_refused_in_one_line(path, value, words):
     assert '\n' not in message
 
 
+@pytest.mark.fault(31, 38, 39)
 @pytest.mark.parametrize(('text', 'words'), [
     ('', 'valid dictionary'),
     ('a: 1\na: 2\n', "key 'a' stands twice"),

@@ -1,0 +1,107 @@
+"""The fault scorecard: which row of the catalogue has which test, and how it went."""
+
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+import yaml
+
+CATALOGUE = Path(__file__).parent / 'faults' / 'catalogue.yaml'
+REPO = Path(__file__).parents[1]
+
+
+def pytest_addoption(parser):
+    parser.addoption('--scorecard', metavar='FILE',
+                     help='write the fault scorecard as Markdown')
+
+
+def pytest_configure(config):
+    config.addinivalue_line('markers', 'fault(*rows): breaks what these rows of the catalogue '
+                            'of faults name')
+    config.pluginmanager.register(Scorecard(config.getoption('--scorecard')), 'scorecard')
+
+
+def catalogue() -> dict[int, dict[str, str]]:
+    """Return the rows of the catalogue by number, each with its group."""
+    groups = yaml.safe_load(CATALOGUE.read_text())
+    return {number: row | {'group': group}
+            for group, rows in groups.items() for number, row in rows.items()}
+
+
+class Scorecard:
+    """Collects what tests claim and say; figures come by ``record_property``."""
+
+    def __init__(self, path: str | None):
+        self.path = path
+        self.claims: dict[str, tuple[int, ...]] = {}
+        self.outcomes: dict[str, str] = {}
+        self.figures: dict[str, list[tuple[str, object]]] = defaultdict(list)
+
+    def pytest_itemcollected(self, item):
+        rows = [row for mark in item.iter_markers('fault') for row in mark.args]
+        if rows:
+            self.claims[item.nodeid] = tuple(rows)
+
+    def pytest_runtest_logreport(self, report):
+        if report.nodeid not in self.claims:
+            return
+        if report.when == 'call' or report.outcome != 'passed':
+            self.outcomes[report.nodeid] = report.outcome
+        if report.when == 'call':
+            self.figures[report.nodeid] += report.user_properties
+
+    def pytest_terminal_summary(self, terminalreporter):
+        if not self.path:
+            return
+        text = self.markdown()
+        Path(self.path).write_text(text)
+        terminalreporter.write_line(text)
+
+    def markdown(self) -> str:
+        """Return the scorecard: totals, then one line a row."""
+        rows = catalogue()
+        tests = defaultdict(list)
+        for nodeid, claimed in self.claims.items():
+            for row in claimed:
+                tests[row].append(nodeid)
+        tried = [nodeid for nodeid in self.claims if nodeid in self.outcomes]
+        survived = [nodeid for nodeid in tried if self.outcomes[nodeid] == 'passed']
+        absent = [number for number, row in rows.items() if 'not_applicable' in row]
+        lines = [
+            '# Fault scorecard', '',
+            'Made by `make faults` from the tests themselves.', '',
+            f'- rows of the catalogue: {len(rows)}; with a test: {len(tests)}; '
+            f'not applicable: {len(absent)}',
+            f'- fault tests run: {len(tried)}; survived: {len(survived)}',
+            *self._worst(), '',
+        ]
+        for group in dict.fromkeys(row['group'] for row in rows.values()):
+            lines += [f'## {group.capitalize()}', '', '| row | fault | tests | survived |',
+                      '|---|---|---|---|']
+            for number, row in rows.items():
+                if row['group'] == group:
+                    lines.append(self._line(number, row, tests[number]))
+            lines.append('')
+        return '\n'.join(lines)
+
+    def _worst(self) -> list[str]:
+        worst: dict[str, float] = {}
+        for figures in self.figures.values():
+            for name, value in figures:
+                if isinstance(value, int | float):
+                    worst[name] = max(value, worst.get(name, value))
+        return [f'- {name}: {value:.4g}' for name, value in sorted(worst.items())]
+
+    def _line(self, number: int, row: dict[str, str], tests: list[str]) -> str:
+        if 'not_applicable' in row:
+            return f'| {number} | {row["fault"]} | not applicable: {row["not_applicable"]} | - |'
+        names = ', '.join(sorted({f'`{nodeid.partition("[")[0].rpartition("/")[2]}`'
+                                  for nodeid in tests}))
+        passed = sum(self.outcomes.get(nodeid) == 'passed' for nodeid in tests)
+        return f'| {number} | {row["fault"]} | {names} | {passed} of {len(tests)} |'
+
+
+@pytest.fixture(scope='session')
+def repo() -> Path:
+    """Return the root of the checkout."""
+    return REPO
