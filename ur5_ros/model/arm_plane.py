@@ -1,9 +1,10 @@
 """
 The arm seen from its own plane: axes, bodies and motions as the dynamics kernels need them.
 
-All vectors stand in frame 1 (x outwards, y up, z the common direction of axes 2, 3 and 4) and all
-moments are about its origin, through which axes 1 and 2 pass: whatever joint 1 does, that point
-rests.  An axis is (w, u): a point x of a body that turns about it at unit speed moves at w x x + u.
+All vectors stand in frame 1 (x outwards, y up, z the common direction of axes 2, 3 and 4) and
+all moments are about its origin, through which axes 1 and 2 pass: whatever joint 1 does, that
+point rests.  An axis is (w, u): the point x of a body that turns about it at unit speed moves at
+w x x + u.
 """
 
 from math import cos, sin

@@ -1,8 +1,9 @@
-"""Compiled kernels: compiled when first called, kept on disk where possible, threaded when large."""
+"""Compiled kernels: compiled at first use, kept on disk where possible, threaded when large."""
 
 import os
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -117,10 +118,8 @@ class _SourceCache(FunctionCache):
 
 def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Callable[..., int]:
     dispatcher = njit(nogil=nogil, fastmath={'contract'}, error_model='numpy')(function)
-    try:
+    with suppress(RuntimeError):  # no folder can be written: compile without keeping
         dispatcher._cache = _SourceCache(function, f'nogil={nogil}')
-    except RuntimeError:  # no folder can be written: compile without keeping
-        pass
     dispatcher.compile(signature)
     dispatcher.disable_compile()
     return dispatcher

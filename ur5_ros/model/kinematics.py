@@ -10,7 +10,7 @@ import numpy as np
 from numpy import empty
 
 from ur5_ros.model import kinematics_kernels as kernels
-from ur5_ros.model.arguments import apply
+from ur5_ros.model.arguments import apply, finite_array
 from ur5_ros.model.parameters import ArmParameters
 
 _SIX = (6,)
@@ -134,3 +134,39 @@ def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarr
     """
     return apply(kernels.jacobian_rate, [('q', q, _SIX), ('qd', qd, _SIX)], [arm.constants],
                  [(6, 6)])[0]
+
+
+def singularity_factors(
+    q: np.ndarray, arm: ArmParameters,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Return the three factors of det J; where one is zero, the arm is singular.
+
+    det J = a2 a3 sin q3 sin q5 X5.
+
+    Parameters
+    ----------
+    q : array_like, shape (..., 6)
+        Joint positions [rad], base to wrist.
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    sin_q5, sin_q3 : numpy.ndarray, shape (...)
+        Wrist (axes 4 and 6 parallel) and elbow (outstretched or folded).
+    x5 : numpy.ndarray, shape (...)
+        Shoulder: a2 c2 + a3 c23 + d5 s234 [m], how far outwards the origin of frame 5 lies from
+        axis 1; its sign tells left (negative) from right.
+
+    Raises
+    ------
+    Refusal
+        If ``q`` has another shape or holds a number that is not finite.
+
+    """
+    q = finite_array('q', q, _SIX)
+    q23 = q[..., 1] + q[..., 2]
+    x5 = (arm.a[1] * np.cos(q[..., 1]) + arm.a[2] * np.cos(q23)
+          + arm.d[4] * np.sin(q23 + q[..., 3]))
+    return np.sin(q[..., 4]), np.sin(q[..., 2]), x5
