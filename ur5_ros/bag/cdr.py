@@ -124,39 +124,43 @@ class FixedTrajectoryPoint:
         Joint names, in the order of the numbers.
     frame_id : str
         Written into the header.
+    fields : sequence of str
+        Which of FIELDS are filled; the others are empty sequences.
 
     """
 
     FIELDS = ('positions', 'velocities', 'accelerations', 'effort')
 
-    def __init__(self, names: Sequence[str], frame_id: str = '') -> None:
+    def __init__(self, names: Sequence[str], frame_id: str = '',
+                 fields: Sequence[str] = FIELDS) -> None:
         self.names = tuple(names)
+        self._counts = {field: len(self.names) if field in fields else 0 for field in self.FIELDS}
         layout = Layout()
         layout.hole('stamp', '<u4', 2)
         layout.text(frame_id)
         layout.texts(self.names)
         layout.count(1)
-        for field in self.FIELDS:
-            layout.doubles(field, len(self.names))
+        for field, number in self._counts.items():
+            layout.doubles(field, number)
         layout.hole('time_from_start', '<u4', 2)
         self.layout = layout.close()
         self.size = layout.size
         self.matches = layout.matches
 
-    def encode(self, stamp: int, positions, velocities, accelerations, effort) -> bytes:
+    def encode(self, stamp: int, positions=(), velocities=(), accelerations=(),
+               effort=()) -> bytes:
         """Return the message as CDR bytes; stamp [ns], four arrays of shape (n,), SI units."""
-        values = (positions, velocities, accelerations, effort)
-        return self.layout.fill([
-            _stamp_bytes(stamp),
-            *(_doubles(each, len(self.names), name)
-              for each, name in zip(values, self.FIELDS, strict=True)),
-            bytes(8),
-        ])
+        holes = [_stamp_bytes(stamp)]
+        given = (positions, velocities, accelerations, effort)
+        for values, (name, number) in zip(given, self._counts.items(), strict=True):
+            if number or len(values):
+                holes.append(_doubles(values, number, name))
+        return self.layout.fill([*holes, bytes(8)])
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (stamp [ns], positions, velocities, accelerations, effort), read-only views."""
-        arrays = [np.frombuffer(data, '<f8', len(self.names), self.layout.holes[name][0])
-                  for name in self.FIELDS]
+        arrays = [np.frombuffer(data, _FLOAT, number, self.layout.holes.get(name, (0,))[0])
+                  for name, number in self._counts.items()]
         return _stamp_from(data), *arrays
 
 

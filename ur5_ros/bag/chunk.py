@@ -106,7 +106,7 @@ def pack_chunk(definitions: bytes, messages: Sequence[Message]) -> PackedChunk:
     return PackedChunk(record, indexes, counts, start, end, len(compressed), len(content))
 
 
-def decompress(compression: str, data: bytes, size: int, source: str) -> bytes:
+def decompress(compression: str, data: memoryview, size: int, source: str) -> bytes:
     """
     Return the content of a chunk, never allocating more than it says and than is allowed.
 
@@ -145,3 +145,35 @@ def decompress(compression: str, data: bytes, size: int, source: str) -> bytes:
     if len(content) != size:
         raise BagProblem(f'{source}: a chunk of another size than it says')
     return content
+
+
+def open_chunk(content: bytes, source: str) -> bytes:
+    """
+    Return what a chunk holds: whole records of messages, schemas and channels.
+
+    Parameters
+    ----------
+    content : bytes
+        The chunk record without opcode and length.
+    source : str
+        What to call it in messages.
+
+    Raises
+    ------
+    BagProblem
+        If it is damaged, too large or differs from its CRC; a CRC of zero means none was kept.
+
+    """
+    at = _CHUNK_HEAD.size
+    if len(content) < at + 12:
+        raise BagProblem(f'{source}: a chunk of {len(content)} bytes')
+    _, _, size, crc = _CHUNK_HEAD.unpack_from(content)
+    length = int.from_bytes(content[at:at + 4], 'little')
+    name = content[at + 4:at + 4 + length]
+    at += 4 + length
+    if length > 20 or int.from_bytes(content[at:at + 8], 'little') != len(content) - at - 8:
+        raise BagProblem(f'{source}: a chunk whose lengths contradict each other')
+    data = decompress(name.decode('utf-8', 'replace'), memoryview(content)[at + 8:], size, source)
+    if crc not in (0, zlib.crc32(data)):
+        raise BagProblem(f'{source}: a chunk that differs from its CRC')
+    return bytes(data)

@@ -1,0 +1,201 @@
+"""Messages gathered into arrays: all of one layout at once, not decoded one by one."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ur5_ros.bag.codec import Definitions, decode
+from ur5_ros.bag.columns import KINDS, Columns, RawColumns
+from ur5_ros.bag.layout import Layout
+from ur5_ros.bag.problem import BagProblem
+from ur5_ros.bag.walk import Walk
+
+#: Layouts of one topic that are read the fast way; messages of further ones are decoded singly.
+MAX_LAYOUTS = 32
+
+_NANOSECONDS = 1_000_000_000
+
+
+def gather(buffer: bytes | bytearray, offsets: np.ndarray, length: int) -> np.ndarray:
+    """Return pieces of equal length out of a buffer, shape (len(offsets), length), uint8."""
+    if length == 0 or len(offsets) == 0:
+        return np.empty((len(offsets), length), np.uint8)
+    every = np.ndarray((len(buffer) - length + 1,), f'V{length}', buffer, strides=(1,))
+    return every[offsets].view(np.uint8).reshape(-1, length)
+
+
+class RawCollector:
+    """Collects the messages of one topic as bytes."""
+
+    def __init__(self) -> None:
+        self._times: list[np.ndarray] = []
+        self._lengths: list[np.ndarray] = []
+        self._data: list[np.ndarray] = []
+
+    def add(self, buffer: bytes | bytearray, found: Walk) -> None:
+        """Take over messages that lie in a buffer."""
+        self._times.append(np.stack([found.log_times, found.publish_times]))
+        self._lengths.append(found.lengths)
+        lengths = np.unique(found.lengths)
+        if len(lengths) == 1:
+            self._data.append(gather(buffer, found.offsets, int(lengths[0])).reshape(-1))
+        else:
+            self._data.append(np.frombuffer(b''.join(
+                buffer[begin:begin + length] for begin, length
+                in zip(found.offsets.tolist(), found.lengths.tolist(), strict=True)), np.uint8))
+
+    def result(self) -> RawColumns:
+        """Return all that was added, in its order."""
+        times = np.concatenate([np.empty((2, 0), np.int64), *self._times], axis=1)
+        lengths = np.concatenate([np.zeros(1, np.int64), *self._lengths])
+        data = np.concatenate([np.empty(0, np.uint8), *self._data])
+        return RawColumns(times[0], times[1], data, np.cumsum(lengths))
+
+
+class Collector:
+    """
+    Collects the numbers of one topic.
+
+    Parameters
+    ----------
+    topic : str
+        Its name, for messages.
+    type_name : str
+        A type of KINDS.
+    definitions : mapping
+        Of that type.
+    names : sequence of str, optional
+        Columns wanted, in this order; default: those of the first message.
+    report : callable
+        Takes a sentence about messages that could not be read.
+
+    """
+
+    def __init__(self, topic: str, type_name: str, definitions: Definitions,
+                 names: Sequence[str] | None, report: Callable[[str], None]) -> None:
+        self._topic = topic
+        self._type = type_name
+        self._kind = KINDS[type_name]
+        self._definitions = definitions
+        self._names = tuple(names) if names is not None else None
+        self._report = report
+        self._layouts: list[tuple[Layout, list[int] | None]] = []
+        self._parts: list[tuple[np.ndarray, ...]] = []
+        self._skipped = 0
+        self._unread: list[str] = []
+
+    def add(self, buffer: bytes | bytearray, found: Walk) -> None:
+        """Take over messages that lie in a buffer."""
+        rows = _Rows(len(found.offsets), self._kind.fields)
+        left = np.ones(len(found.offsets), bool)
+        for known in self._layouts:
+            self._take(known, buffer, found, left, rows)
+        while left.any():
+            first = int(left.argmax())
+            begin = int(found.offsets[first])
+            data = bytes(buffer[begin:begin + int(found.lengths[first])])
+            known = self._read(data, first, rows)
+            if known is not None:
+                self._layouts.append(known)
+                self._take(known, buffer, found, left, rows)
+            left[first] = False
+        self._skipped += len(rows.kept) - int(rows.kept.sum())
+        self._parts.append((found.log_times[rows.kept], found.publish_times[rows.kept],
+                            *rows.arrays(len(self._names or ()))))
+
+    def _take(self, known: 'tuple[Layout, list[int] | None]', buffer: bytes | bytearray,
+              found: Walk, left: np.ndarray, rows: '_Rows') -> None:
+        """Read all messages of one layout at once."""
+        layout, order = known
+        chosen = np.flatnonzero(left & (found.lengths == layout.size))
+        data = gather(buffer, found.offsets[chosen], layout.size)
+        fits = np.ones(len(chosen), bool)
+        for offset, constant in layout.constants():
+            fits &= (data[:, offset:offset + len(constant)]
+                     == np.frombuffer(constant, np.uint8)).all(axis=1)
+        if not fits.all():
+            chosen, data = chosen[fits], data[fits]
+        left[chosen] = False
+        if order is None:
+            return
+        seconds = data[:, 4:12].copy().view('<i4')[:, 0].astype(np.int64)
+        stamp = seconds * _NANOSECONDS + data[:, 8:12].copy().view('<u4')[:, 0]
+        fields = {}
+        for name in self._kind.fields:
+            if name in layout.holes:
+                offset, kind, number = layout.holes[name]
+                values = data[:, offset:offset + 8 * number].copy().view(kind)
+                fields[name] = values if order == list(range(number)) else values[:, order]
+        rows.set(chosen, stamp, fields, len(order))
+
+    def _read(self, data: bytes, at: int, rows: '_Rows') -> tuple[Layout, list[int] | None] | None:
+        """Decode one message into its row; return its layout where others may share it."""
+        try:
+            message = decode(self._type, data, self._definitions)
+        except BagProblem as problem:
+            self._unread.append(str(problem))
+            return None
+        names = list(self._kind.names(message))
+        values = self._kind.values(message)
+        filled = [field for field in self._kind.fields if len(values.get(field, ()))]
+        if not values or not names or len(set(names)) != len(names) or any(
+                len(values[field]) != len(names) for field in filled):
+            return None
+        if self._names is None:
+            self._names = tuple(names)
+        order = [names.index(name) for name in self._names] \
+            if set(self._names) <= set(names) else None
+        if len(self._layouts) < MAX_LAYOUTS:
+            layout = self._kind.layout(names, message['header']['frame_id'], filled)
+            if layout.matches(data):
+                return layout, order
+        if order is not None:
+            time = message['header']['stamp']
+            rows.set(np.array([at]), np.array([time['sec'] * _NANOSECONDS + time['nanosec']]),
+                     {field: np.asarray(values[field], float)[None, order] for field in filled},
+                     len(order))
+        return None
+
+    def result(self) -> Columns:
+        """Return all that was added, in its order."""
+        if self._unread:
+            self._report(f'topic {self._topic}: {len(self._unread)} messages could not be read; '
+                         f'the first: {self._unread[0]}')
+        width = len(self._names or ())
+        empty = np.empty(0, np.int64)
+        whole = [np.concatenate([np.empty((0, width)) if at > 2 else empty,
+                                 *(part[at] for part in self._parts)])
+                 for at in range(3 + len(self._kind.fields))]
+        log_time, publish_time, stamp, *fields = whole
+        return Columns(self._names or (), stamp, log_time, publish_time,
+                       dict(zip(self._kind.fields, fields, strict=True)), self._skipped)
+
+
+class _Rows:
+    """The rows of one batch while they are filled, layout by layout."""
+
+    def __init__(self, number: int, fields: Sequence[str]) -> None:
+        self.stamp = np.zeros(number, np.int64)
+        self.kept = np.zeros(number, bool)
+        self._fields: dict[str, np.ndarray | None] = dict.fromkeys(fields)
+
+    def set(self, chosen: np.ndarray, stamp: np.ndarray, fields: dict[str, np.ndarray],
+            width: int) -> None:
+        """Fill the chosen rows."""
+        self.kept[chosen] = True
+        if len(chosen) == len(self.stamp):  # all alike: no copying
+            self.stamp = stamp
+            self._fields.update(fields)
+            return
+        self.stamp[chosen] = stamp
+        for name, values in fields.items():
+            if self._fields[name] is None:
+                self._fields[name] = np.full((len(self.stamp), width), np.nan)
+            self._fields[name][chosen] = values
+
+    def arrays(self, width: int) -> list[np.ndarray]:
+        """Return stamps and fields of the rows that were filled."""
+        found = [self.stamp]
+        for values in self._fields.values():
+            found.append(np.full((len(self.stamp), width), np.nan) if values is None else values)
+        return found if self.kept.all() else [values[self.kept] for values in found]

@@ -1,0 +1,245 @@
+"""One MCAP file, read front to back within bounds; damage is named and survived."""
+
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+from mcap.records import DataEnd, Header, Metadata
+
+from ur5_ros.bag.chunk import open_chunk
+from ur5_ros.bag.definitions import FileDefinitions, TopicInfo
+from ur5_ros.bag.mcap_records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
+from ur5_ros.bag.mcap_summary import Summary, read_summary
+from ur5_ros.bag.problem import BagProblem
+from ur5_ros.bag.walk import CompiledWalk, Walk, walk
+
+#: Chunks are walked together up to this size [bytes].
+BATCH_SIZE = 4 << 20
+
+#: Files larger than this are walked by compiled code [bytes].
+COMPILE_ABOVE = 16 << 20
+
+#: Largest ratio of decompressed to stored size of a whole file, beyond the first MAX_RECORD.
+#: LZ4 cannot exceed 255.
+MAX_RATIO = 1000
+
+
+class Batch(NamedTuple):
+    """A piece of a source: a buffer, and where the messages lie in it."""
+
+    buffer: bytes | bytearray
+    messages: Walk
+
+
+class McapSource:
+    """
+    An MCAP file as a source of messages.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    report : callable
+        Takes a sentence about each thing found wrong; reading goes on where that is possible.
+
+    Raises
+    ------
+    BagProblem
+        If the file cannot be opened or is no MCAP file.
+
+    """
+
+    def __init__(self, path: Path, report: Callable[[str], None]) -> None:
+        self.path = path
+        self.report = report
+        self.metadata: list[tuple[str, dict[str, str]]] = []
+        """Metadata records: (name, content)."""
+        self.counts: dict[int, int] = {}
+        """Messages of each channel, as counted by the last whole pass."""
+        self.summary: Summary | None = None
+        self._definitions = FileDefinitions(path, report)
+        try:
+            self.size = path.stat().st_size
+            with open(path, 'rb') as file:
+                start = file.read(len(MAGIC))
+                if start == MAGIC:
+                    self._survey(file)
+        except OSError as error:
+            raise BagProblem(f'{path}: cannot be read: {error.strerror}') from None
+        if start != MAGIC:
+            if not MAGIC.startswith(start):
+                raise BagProblem(f'{path}: no MCAP file')
+            report(f'{path}: holds nothing; its writer ended before the first record')
+
+    def _survey(self, file: BinaryIO) -> None:
+        """Learn topics and metadata: from the summary, or by reading all where there is none."""
+        try:
+            self.summary = read_summary(file, self.path, self.size, self._definitions)
+        except BagProblem as problem:
+            self.report(str(problem))
+            self._definitions.schemas.clear()
+            self._definitions.channels.clear()
+        if self.summary is not None:
+            self.metadata = list(self.summary.metadata)
+        else:
+            self.report(f'{self.path}: unfinished, its writer was ended before it closed the '
+                        'file; mend it with: ur5 recover')
+        if self.summary is None or not self._definitions.channels:
+            for _ in self.batches():
+                pass
+
+    @property
+    def topics(self) -> dict[int, TopicInfo]:
+        """What is known of each channel."""
+        return self._definitions.topics()
+
+    def batches(self) -> Iterator[Batch]:
+        """Yield all messages of the file, in its order; afterwards ``counts`` is right."""
+        self.counts = {}
+        fast = CompiledWalk() if self.size > COMPILE_ABOVE else walk
+        for contents in self._gathered():
+            joined = b''.join(contents) if len(contents) > 1 else contents[0]
+            found = fast(joined)
+            if found is not None:
+                yield self._counted(joined, found)
+                continue
+            for content in contents:
+                found = walk(content)
+                if found is None:
+                    self.report(f'{self.path}: a chunk that holds no whole records was left out')
+                else:
+                    yield self._counted(content, found)
+        self._check_counts()
+
+    def _counted(self, content: bytes, found: Walk) -> Batch:
+        for opcode, begin, end in found.definitions:
+            self._define(opcode, bytes(content[begin:end]))
+        channels, numbers = np.unique(found.channels, return_counts=True)
+        for channel, number in zip(channels.tolist(), numbers.tolist(), strict=True):
+            self.counts[channel] = self.counts.get(channel, 0) + number
+            if channel not in self._definitions.channels:
+                self.report(f'{self.path}: messages of channel {channel}, which is not defined, '
+                            'were left out')
+        return Batch(content, found)
+
+    def _check_counts(self) -> None:
+        """Report a summary that does not fit what is in the file."""
+        stated = self.summary and self.summary.statistics
+        if not stated:
+            return
+        counted = {channel: number for channel, number in self.counts.items() if number}
+        listed = {channel: number for channel, number in stated.channel_message_counts.items()
+                  if number}
+        if sum(counted.values()) != stated.message_count or (listed and listed != counted):
+            self.report(f'{self.path}: holds {sum(counted.values())} messages; its statistics '
+                        f'say {stated.message_count}')
+
+    def _gathered(self) -> Iterator[list[bytes]]:
+        """Yield contents of chunks, several together up to BATCH_SIZE."""
+        gathered, size = [], 0
+        for content in self._contents():
+            gathered.append(content)
+            size += len(content)
+            if size >= BATCH_SIZE:
+                yield gathered
+                gathered, size = [], 0
+        if gathered:
+            yield gathered
+
+    def _contents(self) -> Iterator[bytes]:
+        """Yield rows of whole message and definition records: chunks, and what stands outside."""
+        loose = bytearray()
+        allowed = MAX_RECORD + MAX_RATIO * self.size
+        for opcode, record in self._records():
+            if opcode == Opcode.MESSAGE:
+                loose += record
+                if len(loose) > BATCH_SIZE:
+                    yield bytes(loose)
+                    loose = bytearray()
+            elif opcode == Opcode.CHUNK:
+                if loose:
+                    yield bytes(loose)
+                    loose = bytearray()
+                try:
+                    content = open_chunk(record[FRAME.size:], str(self.path))
+                except BagProblem as problem:
+                    self.report(f'{problem}; it was left out')
+                    continue
+                allowed -= len(content)
+                if allowed < 0:
+                    self.report(f'{self.path}: decompresses to more than {MAX_RATIO} times its '
+                                'size; the rest was left out')
+                    return
+                yield content
+            else:
+                self._other(opcode, record[FRAME.size:])
+        if loose:
+            yield bytes(loose)
+
+    def _define(self, opcode: int, content: bytes) -> None:
+        try:
+            self._definitions.add(opcode, content)
+        except BagProblem as problem:
+            self.report(str(problem))
+
+    def _other(self, opcode: int, content: bytes) -> None:
+        """Take over or check a record that is neither a message nor a chunk."""
+        source = str(self.path)
+        try:
+            if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self._definitions.add(opcode, content)
+            elif opcode == Opcode.METADATA:
+                record = parse_record(Metadata, content, source)
+                if (record.name, record.metadata) not in self.metadata:
+                    self.metadata.append((record.name, record.metadata))
+            elif opcode == Opcode.HEADER:
+                parse_record(Header, content, source)
+            elif opcode == Opcode.MESSAGE_INDEX:
+                if len(content) < 6 or int.from_bytes(content[2:6], 'little') != len(content) - 6:
+                    raise BagProblem(f'{source}: a damaged message index')
+            elif opcode == Opcode.ATTACHMENT:
+                pass
+            else:
+                raise BagProblem(f'{source}: a record of kind {opcode:#04x} among the data')
+        except BagProblem as problem:
+            self.report(str(problem))
+
+    def _records(self) -> Iterator[tuple[int, bytes]]:
+        """Yield (opcode, whole record) of the data section, up to the first that is damaged."""
+        with open(self.path, 'rb', buffering=1 << 20) as file:
+            at = len(file.read(len(MAGIC)))
+            crc = zlib.crc32(MAGIC)
+            while at < self.size:
+                head = file.read(FRAME.size)
+                opcode, length = FRAME.unpack(head) if len(head) == FRAME.size else (None, 0)
+                if opcode is None or length > self.size - at - FRAME.size:
+                    self.report(f'{self.path}: is cut off or damaged in the record at byte {at}; '
+                                'the rest was left out')
+                    return
+                if opcode == 0 or length > MAX_RECORD + 100:
+                    self.report(f'{self.path}: the record at byte {at} claims kind {opcode:#04x} '
+                                f'and {length} bytes; the rest was left out')
+                    return
+                record = head + file.read(length)
+                if opcode == Opcode.DATA_END:
+                    self._check_end(record[FRAME.size:], crc, at + len(record))
+                    return
+                crc = zlib.crc32(record, crc)
+                at += len(record)
+                yield opcode, record
+            if self.summary is not None:
+                self.report(f'{self.path}: its data do not end where its summary starts')
+
+    def _check_end(self, content: bytes, crc: int, at: int) -> None:
+        """Report a data section that was changed, or is not followed by what the footer says."""
+        try:
+            stated = parse_record(DataEnd, content, str(self.path)).data_section_crc
+        except BagProblem as problem:
+            self.report(str(problem))
+            return
+        if stated not in (0, crc):
+            self.report(f'{self.path}: was changed after it was written (CRC of the data)')
+        if self.summary is not None and at != self.summary.start:
+            self.report(f'{self.path}: its data do not end where its summary starts')

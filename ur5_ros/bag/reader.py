@@ -1,0 +1,191 @@
+"""Bags read: ours, finished or not, and those of rosbag2; what is wrong with them is listed."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.bag.codec import decode
+from ur5_ros.bag.collect import Collector, RawCollector
+from ur5_ros.bag.columns import KINDS, Columns, RawColumns
+from ur5_ros.bag.definitions import TopicInfo
+from ur5_ros.bag.mcap_source import Batch, McapSource
+from ur5_ros.bag.problem import BagProblem
+from ur5_ros.bag.sources import compare_counts, open_sources, read_descriptions
+from ur5_ros.bag.walk import Walk
+from ur5_ros.errors import Refusal
+
+
+def open_bag(path: Path | str) -> 'Bag':
+    """
+    Return a bag: a rosbag2 folder or a single MCAP file.
+
+    Parameters
+    ----------
+    path : path
+        The folder with metadata.yaml, or at least with storage files; or one ``.mcap`` file.
+
+    Raises
+    ------
+    BagProblem
+        If nothing of it can be read.
+    Refusal
+        If there is no such folder, or it needs a package that is not installed.
+
+    """
+    return Bag(Path(path))
+
+
+class Bag:
+    """
+    What a bag holds; nothing of the messages is kept in memory.
+
+    Reading goes on past damage where that is possible: whatever was found wrong or missing stands
+    in ``problems``, which grows while messages are read. Judge it after reading, or :meth:`check`.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._problems: dict[str, None] = {}
+        self._information, self.sources = open_sources(path, self._report)
+        self.topics: dict[str, str] = {}
+        """Topic -> type."""
+        for source in self.sources:
+            for info in source.topics.values():
+                if self.topics.setdefault(info.name, info.type) != info.type:
+                    self._report(f'{path}: topic {info.name} has two types; only '
+                                 f'{self.topics[info.name]} is read')
+        self.description: dict[str, str]
+        """What the bag says about itself; see ur5_ros.bag.description."""
+        self.notes: dict[str, dict[str, Any]]
+        """Notes that were added while recording: name -> values; the last of a name."""
+        self.description, self.notes = read_descriptions(path, self._information, self.sources,
+                                                         self._report)
+
+    def _report(self, problem: str) -> None:
+        self._problems[problem] = None
+
+    @property
+    def problems(self) -> list[str]:
+        """What was found wrong or missing so far, one sentence each."""
+        return list(self._problems)
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing was found wrong or missing so far."""
+        return not self._problems
+
+    def _batches(self) -> Iterator[tuple[McapSource, Batch]]:
+        """Yield all batches of all files; afterwards compare the counts with metadata.yaml."""
+        for source in self.sources:
+            for batch in source.batches():
+                yield source, batch
+        compare_counts(self.path, self._information, self.sources, self._report)
+
+    def check(self) -> list[str]:
+        """Read all of the bag, every CRC and count, and return the problems."""
+        for _ in self._batches():
+            pass
+        return self.problems
+
+    def _info(self, topic: str) -> TopicInfo:
+        for source in self.sources:
+            for info in source.topics.values():
+                if info.name == topic and info.type == self.topics[topic]:
+                    return info
+        known = ', '.join(sorted(self.topics)) or 'none'
+        raise Refusal(f'{self.path}: no topic {topic}; there are: {known}')
+
+    def _pass(self, collectors: Mapping[str, Any]) -> None:
+        """Hand the messages of each topic to its collector, in one pass over the bag."""
+        for source, batch in self._batches():
+            wanted: dict[str, list[int]] = {}
+            for channel, info in source.topics.items():
+                if info.name in collectors and info.type == self.topics[info.name]:
+                    wanted.setdefault(info.name, []).append(channel)
+            for topic, channels in wanted.items():
+                chosen = np.isin(batch.messages.channels, channels)
+                if chosen.any():
+                    collectors[topic].add(batch.buffer, _select(batch.messages, chosen))
+
+    def load(self, topics: Mapping[str, Sequence[str] | None]) -> dict[str, Columns | RawColumns]:
+        """
+        Return the messages of several topics as arrays, in one pass over the bag.
+
+        Parameters
+        ----------
+        topics : mapping
+            Topic -> names of the columns wanted, None for those of the first message.
+
+        Returns
+        -------
+        dict
+            Topic -> :class:`Columns` for the types of ``columns.KINDS``, RawColumns for others;
+            in the order of the file.
+
+        Raises
+        ------
+        Refusal
+            If there is no such topic.
+        BagProblem
+            If its messages are not CDR, or its type is not defined as in ROS 2.
+
+        """
+        collectors = {}
+        for topic, names in topics.items():
+            info = self._info(topic)
+            definitions = info.definitions()
+            collectors[topic] = Collector(topic, info.type, definitions, names, self._report) \
+                if info.type in KINDS else RawCollector()
+        self._pass(collectors)
+        return {topic: collector.result() for topic, collector in collectors.items()}
+
+    def columns(self, topic: str) -> RawColumns:
+        """Return the messages of one topic as bytes; see :meth:`load` for what is raised."""
+        self._info(topic)
+        collector = RawCollector()
+        self._pass({topic: collector})
+        return collector.result()
+
+    def joint_states(self, topic: str, names: Sequence[str] | None = None) -> Columns:
+        """Return position, velocity and effort of a sensor_msgs/JointState topic; see load."""
+        info = self._info(topic)
+        if info.type != 'sensor_msgs/msg/JointState':
+            raise Refusal(f'{self.path}: topic {topic} is {info.type}, '
+                          'not sensor_msgs/msg/JointState')
+        return self.load({topic: names})[topic]
+
+    def messages(self, topic: str) -> Iterator[tuple[int, dict[str, Any]]]:
+        """
+        Yield (log time [ns], fields) of each message of a topic that can be read.
+
+        Raises
+        ------
+        Refusal, BagProblem
+            As :meth:`load`.
+
+        """
+        info = self._info(topic)
+        return self._decoded(info, partial(decode, info.type, definitions=info.definitions()))
+
+    def _decoded(self, info: TopicInfo, read) -> Iterator[tuple[int, dict[str, Any]]]:
+        for source, batch in self._batches():
+            channels = [number for number, other in source.topics.items()
+                        if (other.name, other.type) == (info.name, info.type)]
+            found = _select(batch.messages, np.isin(batch.messages.channels, channels))
+            for begin, length, log_time in zip(found.offsets.tolist(), found.lengths.tolist(),
+                                               found.log_times.tolist(), strict=True):
+                try:
+                    message = read(bytes(batch.buffer[begin:begin + length]))
+                except BagProblem as problem:
+                    self._report(f'topic {info.name}: {problem}')
+                    continue
+                yield log_time, message
+
+
+def _select(found: Walk, chosen: np.ndarray) -> Walk:
+    """Return some of the messages of a walk."""
+    return Walk(*(column[chosen] for column in found[:5]), [])

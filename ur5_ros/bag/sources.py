@@ -1,0 +1,158 @@
+"""What makes up a bag: its files, what they say about themselves, and whether that fits."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ur5_ros.bag.bag_folder import DESCRIPTION_RECORD, NOTE_RECORD
+from ur5_ros.bag.mcap_records import checksum
+from ur5_ros.bag.mcap_source import McapSource
+from ur5_ros.bag.metadata import NAME, Information, read_metadata
+from ur5_ros.bag.problem import BagProblem
+from ur5_ros.errors import Refusal
+
+Report = Callable[[str], None]
+
+
+def open_sources(path: Path, report: Report) -> tuple[Information | None, list[McapSource]]:
+    """
+    Return what metadata.yaml says (None without a sound one) and the files of a bag, in order.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Folder of a bag, or one ``.mcap`` file.
+    report : callable
+        Takes a sentence about each thing found wrong.
+
+    Raises
+    ------
+    BagProblem
+        If nothing of it can be read.
+    Refusal
+        If there is no such folder, or it needs a package that is not installed.
+
+    """
+    if path.is_file():
+        return None, [McapSource(path, report)]
+    if not path.is_dir():
+        raise Refusal(f'{path}: no such bag; give a folder with {NAME}, or an .mcap file')
+    present = sorted(path.glob('*.mcap'), key=_natural)
+    information = None
+    if (path / NAME).exists():
+        try:
+            information = read_metadata(path)
+        except BagProblem as problem:
+            if not present:
+                raise
+            report(str(problem))
+    elif present:
+        report(f'{path}: no {NAME}, the recording was ended before it was closed; '
+               'mend it with: ur5 recover')
+    if information and (information.storage_identifier != 'mcap' or information.compression_mode):
+        from ur5_ros.bag.rosbags_source import RosbagsSource
+        return information, [RosbagsSource(path, information, report)]
+    if not present:
+        raise BagProblem(f'{path}: no .mcap file in it; give the folder of a bag')
+    if information:
+        _compare_files(path, information, present, report)
+    return information, _open_files(present, report)
+
+
+def _compare_files(path: Path, information: Information, present: Sequence[Path],
+                   report: Report) -> None:
+    listed = {Path(name).name for name in information.relative_file_paths}
+    there = {file.name for file in present}
+    for name in sorted(listed - there):
+        report(f'{path / name}: is missing, though {NAME} names it')
+    for name in sorted(there - listed):
+        report(f'{path / name}: is not named in {NAME}; it was read all the same')
+
+
+def _open_files(files: Sequence[Path], report: Report) -> list[McapSource]:
+    sources, problems = [], []
+    for file in files:
+        try:
+            sources.append(McapSource(file, report))
+        except BagProblem as problem:
+            problems.append(problem)
+    if not sources:
+        raise problems[0]
+    for problem in problems:
+        report(str(problem))
+    return sources
+
+
+def read_descriptions(
+    path: Path, information: Information | None, sources: Sequence[McapSource], report: Report,
+) -> tuple[dict[str, str], dict[str, dict[str, Any]]]:
+    """Return the description of a bag and its notes (name -> values), from sound records alone."""
+    description: dict[str, str] = {}
+    notes: dict[str, dict[str, Any]] = {}
+    for source in sources:
+        for name, values in source.metadata:
+            if name != DESCRIPTION_RECORD and not name.startswith(NOTE_RECORD):
+                continue
+            if values.get('checksum') != checksum(values.items()):
+                report(f'{source.path}: the metadata record {name[:80]!r} is damaged; it was '
+                       'left out')
+                continue
+            values = {key: value for key, value in values.items() if key != 'checksum'}
+            if name != DESCRIPTION_RECORD:
+                note = _note(values)
+                if note is None:
+                    report(f'{source.path}: the note {name[:80]!r} is damaged; it was left out')
+                else:
+                    notes[name.removeprefix(NOTE_RECORD)] = note
+            elif description not in ({}, values):
+                report(f'{source.path}: describes another run than the file before it')
+            else:
+                description = values
+    custom = information.custom_data if information else None
+    if custom and not description:
+        description = dict(custom)
+    elif custom is not None and description and custom != description:
+        report(f'{path / NAME}: its custom_data differ from the description in the files')
+    return description, notes
+
+
+def _note(values: dict[str, str]) -> dict[str, Any] | None:
+    try:
+        return {key: json.loads(value) for key, value in values.items()}
+    except (ValueError, RecursionError):
+        return None
+
+
+def compare_counts(path: Path, information: Information | None, sources: Sequence[McapSource],
+                   report: Report) -> None:
+    """Report where metadata.yaml says other numbers of messages than were read."""
+    if information is None:
+        return
+    counted: dict[str, int] = {}
+    types: dict[str, str] = {}
+    for source in sources:
+        for channel, info in source.topics.items():
+            counted[info.name] = counted.get(info.name, 0) + source.counts.get(channel, 0)
+            types[info.name] = info.type
+    stated: dict[str, int] = {}
+    for entry in information.topics_with_message_count:
+        topic = entry.topic_metadata
+        stated[topic.name] = stated.get(topic.name, 0) + entry.message_count
+        if types.get(topic.name, topic.type) != topic.type:
+            report(f'{path / NAME}: says that {topic.name} is of another type')
+    total = sum(counted.values())
+    if information.message_count != total:
+        report(f'{path / NAME}: says {information.message_count} messages; there are {total}')
+    for name in sorted(stated.keys() | counted.keys()):
+        if stated.get(name, 0) != counted.get(name, 0):
+            report(f'{path / NAME}: says {stated.get(name, 0)} messages on {name}; '
+                   f'there are {counted.get(name, 0)}')
+
+
+def _natural(path: Path) -> tuple[str, int, str]:
+    """Sort ``bag_10`` behind ``bag_9``."""
+    stem, _, number = path.stem.rpartition('_')
+    if number.isdecimal() and len(number) < 10:
+        return stem, int(number), path.name
+    return path.stem, -1, path.name
