@@ -170,12 +170,14 @@ def sweep(
         metavar='ADDRESS', help='Dask scheduler; all cores here if none is given.')] = None,
     workers: Annotated[int | None, typer.Option(
         metavar='N', help='Worker processes here; one a core if not given.')] = None,
+    only: Annotated[int | None, typer.Option(
+        metavar='I', help='Repeat this one run and keep its bags.')] = None,
 ) -> int:
     """Run thousands of runs; the same command resumes."""
     from ur5_ros.cli import sweeps
     if spec == 'report':
         return sweeps.report(folder)
-    return sweeps.sweep(spec, folder, out, scheduler, workers)
+    return sweeps.sweep(spec, out, scheduler, workers, only)
 
 
 @app.command()

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from ur5_ros.cli.exit_codes import YES
-from ur5_ros.errors import Refusal
 
 
 def view(run: Path | None, live: bool, port: int) -> int:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from ur5_ros.config import config_folder, read_yaml
+from ur5_ros.config import config_folder, parse_yaml, read_yaml
 from ur5_ros.config.strict_yaml import StrictModel, validate
 from ur5_ros.errors import Refusal
 
@@ -79,8 +79,17 @@ def load_sweep(name: str) -> SweepSpec:
     if not path.is_file():
         known = ', '.join(sorted(p.stem for p in (config_folder() / 'sweeps').glob('*.yaml')))
         raise Refusal(f'no sweep {name}; give the path of a YAML file, or one of: {known}')
-    spec = validate(SweepSpec, read_yaml(path), str(path))
-    _check(spec, str(path))
+    return _spec(read_yaml(path), str(path))
+
+
+def parse_sweep(text: str, source: str) -> SweepSpec:
+    """Return a sweep specification from its text; refuses as :func:`load_sweep`."""
+    return _spec(parse_yaml(text, source), source)
+
+
+def _spec(data: Any, source: str) -> SweepSpec:
+    spec = validate(SweepSpec, data, source)
+    _check(spec, source)
     return spec
 
 

@@ -1,0 +1,86 @@
+"""The command ``ur5 sweep``: many runs, their table, their page."""
+
+from pathlib import Path
+
+from rich.text import Text
+
+from ur5_ros.cli import terminal
+from ur5_ros.cli.exit_codes import INTERRUPTED, NO, YES
+from ur5_ros.errors import Refusal
+from ur5_ros.loop.sweep_engine import run_sweep
+from ur5_ros.loop.sweep_report import repeat_command, write_report
+from ur5_ros.loop.sweep_run import plan_of, row_of
+from ur5_ros.loop.sweep_spec import SweepSpec, expand, load_sweep, number_of_runs
+from ur5_ros.loop.sweep_summary import worst_runs
+from ur5_ros.loop.sweep_table import SweepFolder, open_sweep
+
+#: Where sweeps are written by default.
+SWEEPS = Path('sweeps')
+
+
+def sweep(name: str, out: Path | None, scheduler: str | None, workers: int | None,
+          only: int | None) -> int:
+    """Run a sweep, or go on with it; see ``ur5 sweep --help``."""
+    spec = load_sweep(name)
+    if only is not None:
+        return _one(spec, only, out)
+    _refuse_what_cannot_run(spec)
+    folder = SweepFolder(out if out is not None else SWEEPS / spec.name, spec)
+    total = number_of_runs(spec)
+    screen = terminal.console()
+    try:
+        with terminal.progress(spec.name, total, 'runs') as advance:
+            run_sweep(spec, folder, scheduler, workers, advance)
+    except KeyboardInterrupt:
+        screen.print(f'interrupted: {len(folder.done())} of {total} runs are done; the same '
+                     'command goes on', soft_wrap=True)
+        return INTERRUPTED
+    screen.print(f'table: {folder.write_table()}', soft_wrap=True)
+    return _report(folder, screen)
+
+
+def report(folder: Path | None) -> int:
+    """Draw the page of a sweep that is done, or as far as it is."""
+    if folder is None:
+        raise Refusal('report of which sweep? give the folder that ur5 sweep wrote')
+    return _report(open_sweep(folder), terminal.console())
+
+
+def _report(folder: SweepFolder, screen: terminal.Console) -> int:
+    path = folder.path / 'report.html'
+    rate = write_report(folder, path)
+    screen.print(f'{rate.successes} of {rate.runs} runs succeeded: {rate.rate:.1%} '
+                 f'(95 % interval {rate.low:.1%} to {rate.high:.1%})', soft_wrap=True)
+    failures = [row for row in worst_runs(folder.table(), 3) if not row['success']]
+    for row in failures:
+        screen.print(Text(f'run {row["index"]}: {row["status"]}: {row.get("why") or ""}'),
+                     soft_wrap=True)
+        screen.print(Text(f'  {repeat_command(folder.path, row["index"])}'), soft_wrap=True)
+    screen.print(Text(f'report: {path}'), soft_wrap=True)
+    return YES
+
+
+def _refuse_what_cannot_run(spec: SweepSpec) -> None:
+    """Plan every run before the first one runs."""
+    with terminal.progress('checking', number_of_runs(spec), 'runs') as advance:
+        for run in expand(spec):
+            plan_of(spec, run)
+            if run.index % 100 == 0:
+                advance(run.index)
+
+
+def _one(spec: SweepSpec, index: int, out: Path | None) -> int:
+    """Repeat one run of a sweep and keep its bags."""
+    run = next((run for run in expand(spec) if run.index == index), None)
+    if run is None:
+        raise Refusal(f'--only {index}: {spec.name} has the runs 0 to {number_of_runs(spec) - 1}')
+    bags = out if out is not None else SWEEPS / spec.name / 'repeated'
+    folder = bags / f'{index:06d}'
+    if folder.exists():
+        raise Refusal(f'{folder} exists; give another folder with --out, or remove it')
+    row = row_of(spec.model_copy(update={'keep': 'all'}), run, bags)
+    screen = terminal.console()
+    for key, value in row.items():
+        screen.print(Text(f'{key}: {value}'), soft_wrap=True)
+    screen.print(Text(f'bags: {folder}'), soft_wrap=True)
+    return YES if row['success'] else NO

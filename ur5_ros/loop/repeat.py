@@ -1,0 +1,174 @@
+"""A recording repeated: its commands into a new plant, its states into the law; the same bits?"""
+
+from collections import defaultdict
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis.series import Event, Run, Side
+from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
+from ur5_ros.control.controller import Controller
+from ur5_ros.errors import Refusal
+from ur5_ros.signals import JOINT_NAMES, ArmState
+from ur5_ros.sim.plant import Plant
+
+#: Within this two runs are the same on machines of different fingerprints.
+TOLERANCE = 1e-9
+
+
+class Repetition(NamedTuple):
+    """How a repetition compares with its recording."""
+
+    what: str
+    """What was compared: states or commands."""
+    fed: str
+    """What was fed in."""
+    compared: int
+    """How many messages."""
+    different: int
+    """How many of them differ in any bit."""
+    first_stamp: int | None
+    """Stamp of the first one that differs [ns]."""
+    first_joint: str
+    """Joint of the largest difference in it."""
+    largest: float
+    """Largest difference of all [rad, rad/s or N m]."""
+    same_machine: bool | None
+    """Whether the recording names this machine's fingerprint; None where it names none."""
+
+    @property
+    def equal(self) -> bool:
+        """Whether every bit is the same."""
+        return self.different == 0
+
+    @property
+    def sentence(self) -> str:
+        """The finding in words."""
+        if self.equal:
+            return f'{self.compared} {self.what} equal to the last bit ({self.fed})'
+        close = 'within' if self.largest <= TOLERANCE else 'beyond'
+        machine = {True: 'the recording is of a machine like this one',
+                   False: 'the recording is of another kind of machine',
+                   None: 'the recording names no machine'}[self.same_machine]
+        return (f'{self.different} of {self.compared} {self.what} differ, first at '
+                f'{self.first_stamp * 1e-9:.9g} s ({self.first_joint}), by at most '
+                f'{self.largest:.3g}, {close} {TOLERANCE:g} ({self.fed}; {machine})')
+
+
+def resimulate(run: Run) -> Repetition:
+    """
+    Play the recorded commands into a new plant and compare its states with the recorded ones.
+
+    Where states were left without a stamped answer (unstamped commands, paced runs, the
+    fallback), the torque that acted is played instead: the effort of the following state.
+
+    Parameters
+    ----------
+    run : Run
+        A recording of this package's simulator.
+
+    Raises
+    ------
+    Refusal
+        If it holds no simulator, or states are missing from it.
+
+    """
+    side = _side(run, run.sim, 'simulator')
+    whole = np.diff(run.stamp) > 1.5e9 / run.control_rate
+    if whole.any():
+        raise Refusal(f'{run.name}: a gap after {run.stamp[np.argmax(whole)] * 1e-9:.9g} s; only '
+                      'a recording without gaps can be repeated')
+    lockstep = side.parameters['lockstep'] and run.command is not None
+    by_command = bool(lockstep and np.isfinite(run.command[:-1]).all())
+    given = dict(side.parameters) | {'gui': False}
+    commands, fed = run.command, 'fed with the commands'
+    if not by_command:
+        given |= {'effort_convention': 'total', 'delay.command_periods': 0}
+        commands = np.vstack([run.exact.effort[1:], np.zeros((1, 6))])
+        fed = 'fed with the torques that acted'
+    plant = Plant(side.arm, complete(SIM_PARAMETERS, given))
+    try:
+        found = _played(plant, run, commands, by_command)
+    finally:
+        plant.close()
+    recorded = np.hstack([run.states.q, run.states.qd, run.states.effort])
+    return _compared('states', fed, run.stamp, recorded, found, side)
+
+
+def recontrol(run: Run) -> Repetition:
+    """
+    Play the recorded states into the law and compare its commands with the recorded ones.
+
+    Parameters
+    ----------
+    run : Run
+        A recording of this package's controller, following an experiment.
+
+    Raises
+    ------
+    Refusal
+        If it holds no controller or no commands.
+
+    """
+    side = _side(run, run.control, 'controller')
+    if run.command is None:
+        raise Refusal(f'{run.name}: no command is recorded; nothing to compare with')
+    law = Controller(complete(CONTROL_PARAMETERS, side.parameters), round(run.control_rate),
+                     arm=side.arm)
+    found = np.full_like(run.command, np.nan)
+    for k, stamp in enumerate(run.stamp):
+        answer = law.update(ArmState(int(stamp), run.states.q[k], run.states.qd[k],
+                                     run.states.effort[k]))
+        found[k] = answer.torque.total
+    known = np.isfinite(run.command).all(axis=1)
+    return _compared('commands', 'fed with the states', run.stamp[known], run.command[known],
+                     found[known], side)
+
+
+def _side(run: Run, side: Side | None, what: str) -> Side:
+    if side is None or not side.parameters:
+        raise Refusal(f'{run.name}: the {what} did not record; give a run of ur5_ros with its bag')
+    return side
+
+
+def _played(plant: Plant, run: Run, commands: np.ndarray, by_command: bool) -> np.ndarray:
+    events: dict[int, list[Event]] = defaultdict(list)
+    for event in run.events:
+        events[event.stamp].append(event)
+    found = np.full((len(run.stamp), 18), np.nan)
+    state = plant.state
+    for k, stamp in enumerate(run.stamp):
+        found[k] = np.concatenate(state[1:])
+        for event in events[int(stamp)]:
+            _happen(plant, event, by_command)
+        if k + 1 == len(run.stamp):
+            break
+        if any(event.kind == 'reset' for event in events[int(run.stamp[k + 1])]):
+            state = plant.reset()
+        else:
+            state = plant.step(commands[k])
+    return found
+
+
+def _happen(plant: Plant, event: Event, by_command: bool) -> None:
+    if event.kind == 'parameter':
+        name = event.values['name']
+        if by_command or name != 'delay.command_periods':
+            plant.change(name, event.values['value'])
+    elif event.kind == 'wrench':
+        plant.apply_wrench(event.values['force'], event.values['torque'])
+
+
+def _compared(what: str, fed: str, stamp: np.ndarray, recorded: np.ndarray, found: np.ndarray,
+              side: Side) -> Repetition:
+    from ur5_ros.bag.fingerprint import fingerprint
+    differs = (recorded.view(np.uint64) != found.view(np.uint64)).any(axis=1)
+    first = int(np.argmax(differs)) if differs.any() else None
+    difference = np.abs(recorded - found)
+    named = getattr(side, 'fingerprint', None)
+    return Repetition(
+        what, fed, len(stamp), int(differs.sum()),
+        None if first is None else int(stamp[first]),
+        '' if first is None else JOINT_NAMES[int(np.argmax(difference[first])) % 6],
+        float(difference.max(initial=0.0)),
+        None if not named else dict(named) == fingerprint())

@@ -1,0 +1,167 @@
+"""One run of a sweep, from its few values to its row in the table."""
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.analysis.result import Result
+from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.series import Run
+from ur5_ros.analysis.validate import validate
+from ur5_ros.config.validation import load_marks
+from ur5_ros.errors import Refusal
+from ur5_ros.loop.closed_loop import as_run, run_closed_loop
+from ur5_ros.loop.plan import Plan, plan_run
+from ur5_ros.loop.sweep_spec import RunSpec, SweepSpec
+from ur5_ros.loop.two_nodes import run_two_nodes
+
+#: Keys of a specification besides ``sim.<parameter>`` and ``control.<parameter>``.
+KEYS = ('experiment', 'duration', 'arm', 'control_arm', 'control_rate', 'physics_rate',
+        'initial_error')
+
+#: Largest joint error beyond which a run counts as diverged [rad].
+DIVERGED = math.pi
+
+#: Numbers of every run, beside the validator's checks.
+METRICS = ('max_error', 'rms_error', 'final_error', 'max_torque', 'max_speed')
+
+
+def plan_of(spec: SweepSpec, run: RunSpec) -> Plan:
+    """
+    Return the parameters of one run.
+
+    Raises
+    ------
+    Refusal
+        Naming the key, if it is unknown or its value cannot run.
+
+    """
+    values = {'experiment': spec.experiment, 'duration': spec.duration, **spec.fixed, **run.values}
+    sides: dict[str, dict[str, Any]] = {'sim': {'seed': (spec.seed + run.index) % 2**31},
+                                        'control': {}}
+    rest = {}
+    for key, value in values.items():
+        side, _, name = key.partition('.')
+        if name and side in sides:
+            sides[side][name] = value
+        elif key in KEYS:
+            rest[key] = value
+        else:
+            raise Refusal(f'unknown key {key!r}; give sim.<parameter>, control.<parameter> or one '
+                          f'of: {", ".join(KEYS)}')
+    try:
+        return plan_run(**rest, **sides)
+    except Refusal as refusal:
+        told = ', '.join(f'{key} = {value}' for key, value in run.values.items())
+        raise Refusal(f'run {run.index} ({told}): {refusal}') from None
+
+
+def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
+    """
+    Run and judge one run.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+        The sweep.
+    run : RunSpec
+        Which of its runs.
+    bags : Path, optional
+        Folder for the bags that are to be kept; none are if not given.
+
+    Returns
+    -------
+    dict
+        ``index``, the values, ``status`` (pass, fail, diverged or failed), ``success``, ``why``,
+        the metrics, and verdict and value of every check.
+
+    """
+    plan = plan_of(spec, run)
+    folder = bags / f'{run.index:06d}' if bags is not None else None
+    row = {'index': run.index, **{key: _cell(value) for key, value in run.values.items()}}
+    try:
+        if spec.engine == 'nodes':
+            found = _by_nodes(plan, folder)
+        else:
+            found = _by_loop(plan, folder if spec.keep == 'all' else None)
+        measured = _judged(spec, found)
+    except (Refusal, ArithmeticError, np.linalg.LinAlgError) as error:
+        measured = {'status': 'failed', 'success': False, 'why': str(error)}
+    if spec.engine == 'loop' and spec.keep == 'failures' and not measured['success'] and folder:
+        _by_loop(plan, folder)
+    return row | measured
+
+
+def _by_loop(plan: Plan, folder: Path | None) -> Run:
+    return as_run(plan, run_closed_loop(plan, folder))
+
+
+def _by_nodes(plan: Plan, folder: Path) -> Run:
+    folder.mkdir(parents=True)
+    run_two_nodes(plan, folder)
+    return load_run(folder)
+
+
+def _judged(spec: SweepSpec, run: Run) -> dict[str, Any]:
+    metrics = metrics_of(run)
+    if not metrics['max_error'] <= DIVERGED:
+        return {'status': 'diverged', 'success': False,
+                'why': f'a joint is {metrics["max_error"]:.3g} rad from its reference',
+                **metrics, 'states': digest(run)}
+    result = validate(run, load_marks())
+    row = {'status': result.verdict, **metrics, 'states': digest(run), **_checks(result)}
+    missed = _missed(spec.success, row, result)
+    return {'success': not missed, 'why': '; '.join(missed), **row}
+
+
+def metrics_of(run: Run) -> dict[str, float]:
+    """Return the numbers of :data:`METRICS`, over all joints [rad, N m, rad/s]."""
+    error = run.exact.q - run.reference.q
+    error = error[np.isfinite(error).all(axis=1)]
+    size = np.abs(error)
+    return {
+        'max_error': float(size.max(initial=0.0)) if len(error) else math.nan,
+        'rms_error': float(np.sqrt(np.mean(error**2))) if len(error) else math.nan,
+        'final_error': float(size[-1].max()) if len(error) else math.nan,
+        'max_torque': float(np.abs(run.exact.effort).max()),
+        'max_speed': float(np.abs(run.exact.qd).max()),
+    }
+
+
+def digest(run: Run) -> str:
+    """Return a SHA-256 over all states, which tells whether two runs are the same."""
+    found = hashlib.sha256(run.stamp.astype('<i8').tobytes())
+    for array in run.states:
+        found.update(np.ascontiguousarray(array, dtype='<f8').tobytes())
+    return found.hexdigest()
+
+
+def _checks(result: Result) -> dict[str, Any]:
+    row: dict[str, Any] = {}
+    for check in result.checks:
+        row[f'{check.name}: verdict'] = check.verdict
+        row[f'{check.name}: value'] = check.value
+    row['causes'] = '; '.join(str(cause.get('sentence', cause)) for cause in result.causes)
+    return row
+
+
+def _missed(success: Mapping[str, float], row: Mapping[str, Any], result: Result) -> list[str]:
+    """Return the conditions that the run misses; the validator's verdict if none are given."""
+    if not success:
+        return [check.sentence for check in result.checks if check.verdict == 'fail']
+    missed = []
+    for name, limit in success.items():
+        value = row.get(name, row.get(f'{name}: value'))
+        if value is None or not value <= limit:
+            missed.append(f'{name} is {value}, more than {limit:g}')
+    return missed
+
+
+def _cell(value: Any) -> Any:
+    """Return a value that a table holds: lists become their JSON text."""
+    return json.dumps(value) if isinstance(value, list) else value
