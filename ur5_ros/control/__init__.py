@@ -1,1 +1,1 @@
-"""Laws and references: computed torque (eq 11), trajectories, experiments; no clock, no file, no topic."""
+"""Laws and references: eq (11), trajectories, experiments; no clock, no file, no topic."""

@@ -1,0 +1,184 @@
+"""Experiment files, ``config/experiments/<name>.yaml``; a new file is a new experiment."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import Field
+
+from ur5_ros.config.strict_yaml import StrictModel, config_folder, parse_yaml, read_yaml, validate
+from ur5_ros.errors import Refusal
+
+Six = Annotated[list[float], Field(min_length=6, max_length=6)]
+Three = Annotated[list[float], Field(min_length=3, max_length=3)]
+Seconds = Annotated[float, Field(gt=0.0, le=3600.0)]
+Pause = Annotated[float, Field(ge=0.0, le=3600.0)]
+
+
+class Wave(StrictModel):
+    """amplitude sin(2 pi frequency t + phase)."""
+
+    amplitude: float
+    """[m] along an axis, [rad] about an axis or on a joint."""
+    frequency: Annotated[float, Field(ge=0.0, le=100.0)]
+    """[Hz]."""
+    phase_degrees: float = 0.0
+
+
+class _Experiment(StrictModel):
+    name: str
+    description: str
+    source: str
+    start_degrees: Six
+    """Manufacturer's joint angles where the motion begins."""
+    initial_error: Six = [0.0] * 6
+    """q(0) - q*(0) [rad]: where the arm stands when the experiment is to show the transient."""
+
+
+class ToolWaves(_Experiment):
+    """
+    The tool swings about its start: p0 + w(t) waves(t), R0 Rz Ry Rx of w(t) waves(t).
+
+    w rises from 0 to 1 over ``ramp`` and falls over the last ``ramp_down`` seconds.
+
+    """
+
+    kind: Literal['tool_waves']
+    duration: Seconds
+    ramp: Pause
+    ramp_down: Pause = 0.0
+    position: dict[Literal['x', 'y', 'z'], list[Wave]] = {}
+    """Along the axes of base [m]."""
+    rotation: dict[Literal['x', 'y', 'z'], list[Wave]] = {}
+    """Angles of R0 Rz(c) Ry(b) Rx(a) [rad]."""
+
+
+class ToolCircle(_Experiment):
+    """The tool runs around a circle, at rest at both ends, without turning."""
+
+    kind: Literal['tool_circle']
+    duration: Seconds
+    centre: Three
+    """Centre of the circle from the start, axes of base [m]."""
+    normal: Three
+    """Axis of the turn in base; made perpendicular to ``centre``."""
+    turns: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
+
+
+class ToolPolygon(_Experiment):
+    """The tool visits corners in straight lines, at rest in each."""
+
+    kind: Literal['tool_polygon']
+    leg_time: Seconds
+    corners: Annotated[list[Three], Field(min_length=2, max_length=100)]
+    """Positions from the start, axes of base [m]; the first is where it begins."""
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first corner to the last."""
+        return self.leg_time * (len(self.corners) - 1)
+
+
+class JointWaves(_Experiment):
+    """Joints swing about the start: q0 + w(t) waves(t), w as in :class:`ToolWaves`."""
+
+    kind: Literal['joint_waves']
+    duration: Seconds
+    ramp: Pause
+    ramp_down: Pause = 0.0
+    joints: dict[
+        Literal['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',
+                'wrist_2_joint', 'wrist_3_joint'], list[Wave]]
+
+
+class JointStep(_Experiment):
+    """The reference stands still and jumps once, on purpose: the step response of the law."""
+
+    kind: Literal['joint_step']
+    duration: Seconds
+    at: Pause
+    """Time of the jump [s]."""
+    step: Six
+    """Jump of the reference [rad]."""
+
+
+Experiment = ToolWaves | ToolCircle | ToolPolygon | JointWaves | JointStep
+_KINDS = {get_args(kind.model_fields['kind'].annotation)[0]: kind for kind in get_args(Experiment)}
+
+
+def list_experiments() -> list[str]:
+    """Return the names of the experiments that come with the package."""
+    return sorted(path.stem for path in (config_folder() / 'experiments').glob('*.yaml'))
+
+
+def load_experiment(name: str) -> Experiment:
+    """
+    Return an experiment from its file.
+
+    Parameters
+    ----------
+    name : str
+        A name of :func:`list_experiments`, or the path of a YAML file of the same form.
+
+    Returns
+    -------
+    Experiment
+        What is asked of the arm, as one of the records above.
+
+    Raises
+    ------
+    Refusal
+        If there is no such experiment, or its file has a missing, unknown or wrong value.
+
+    """
+    path = _experiment_path(name)
+    return _record(read_yaml(path), str(path))
+
+
+def parse_experiment(text: str, source: str) -> Experiment:
+    """
+    Return an experiment from the text of its file.
+
+    Parameters
+    ----------
+    text : str
+        YAML.
+    source : str
+        What to call it in messages.
+
+    Returns
+    -------
+    Experiment
+        As :func:`load_experiment`.
+
+    Raises
+    ------
+    Refusal
+        As :func:`load_experiment`.
+
+    """
+    return _record(parse_yaml(text, source), source)
+
+
+def _experiment_path(name: str) -> Path:
+    if name.endswith(('.yaml', '.yml')) or '/' in name:
+        path = Path(name).expanduser()
+        if path.is_file():
+            return path
+        raise Refusal(f'no experiment file {name}; give a path of a YAML file, '
+                      f'or one of: {", ".join(list_experiments())}')
+    if name not in list_experiments():
+        raise Refusal(f'unknown experiment {name!r}; give one of: '
+                      f'{", ".join(list_experiments())}, or the path of a YAML file')
+    return config_folder() / 'experiments' / f'{name}.yaml'
+
+
+def _record(data: Any, source: str) -> Experiment:
+    kind = data.get('kind') if isinstance(data, dict) else None
+    if not isinstance(kind, str) or kind not in _KINDS:
+        raise Refusal(f'{source}: kind is {kind!r}; give one of: {", ".join(_KINDS)}')
+    experiment = validate(_KINDS[kind], data, source)
+    ramps = getattr(experiment, 'ramp', 0.0) + getattr(experiment, 'ramp_down', 0.0)
+    if ramps > experiment.duration:
+        raise Refusal(f'{source}: ramp and ramp_down take {ramps:g} s of '
+                      f'{experiment.duration:g} s; make the duration longer')
+    return experiment

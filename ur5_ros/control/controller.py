@@ -1,0 +1,285 @@
+"""The controller under the node: states in, torques out, motions begun on request."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.config import load_arm
+from ur5_ros.config.experiments import load_experiment
+from ur5_ros.config.parameters import CONTROL_PARAMETERS, HOME, complete
+from ur5_ros.control import plans
+from ur5_ros.control.experiment import experiment_motion
+from ur5_ros.control.joint_trajectory import TrajectoryPoint
+from ur5_ros.control.law import torque_of, within_limits
+from ur5_ros.control.motion import Still
+from ur5_ros.control.plausibility import StateGate, Verdict
+from ur5_ros.control.point_to_point import smooth_stop
+from ur5_ros.control.settings import changed, settings_from
+from ur5_ros.control.timeline import Timeline
+from ur5_ros.control.tool_motion import singularity_distance
+from ur5_ros.errors import Refusal
+from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
+from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
+
+WAITING = 'waiting for states'
+HOLDING = 'holding'
+MOVING = 'moving'
+REFUSED = 'refused'
+STOPPED = 'stopped by a limit'
+
+#: An autostarted experiment begins at once when the arm stands this near to it [rad]; from further
+#: away the arm first moves there.
+START_DISTANCE = 0.5
+#: Speed below which a first state counts as standing [rad/s].
+_STANDING = 0.01
+
+
+class Answer(NamedTuple):
+    """The answer to one state."""
+
+    stamp: int
+    """Stamp of the state answered [ns]."""
+    torque: Torque
+    """What to send, and its parts."""
+    reference: Reference
+    """What the arm should have done at this stamp."""
+    status: str
+    """The state of the controller in words."""
+    limited: str
+    """'' or the limits that scaled the torque: 'effort', 'rate' or 'effort, rate'."""
+
+
+class Controller:
+    """
+    Computed torque and its motions, without ROS: equal inputs give equal bits.
+
+    Parameters
+    ----------
+    parameters : mapping
+        Values of ``CONTROL_PARAMETERS``; what is missing takes its default.
+    control_rate : int, optional
+        Control periods a second [Hz], where known: motions are then tabled on exactly this grid.
+
+    Raises
+    ------
+    Refusal
+        If a parameter, the arm or the experiment is refused.
+
+    """
+
+    def __init__(self, parameters: Mapping[str, Any], control_rate: int | None = None):
+        self.parameters = complete(CONTROL_PARAMETERS, parameters)
+        self.arm = load_arm(self.parameters['arm'])
+        self._rate = control_rate
+        self._settings = settings_from(self.parameters, self.arm, control_rate)
+        self._names = [self._settings.prefix + name for name in JOINT_NAMES]
+        self.experiment = None
+        if self.parameters['experiment']:
+            self.experiment = experiment_motion(
+                load_experiment(self.parameters['experiment']), self.arm,
+                self._settings.control_rate, self._settings.singularity_margin)
+        self._gate = StateGate()
+        self._timeline = Timeline()
+        self._answer: Answer | None = None
+        self._waiting = True
+        self._beyond = False
+        self._stopped = self._refused = ''
+        self._counts = {'refused_inputs': 0, 'unbelieved_states': 0, 'limited_periods': 0}
+        self._warm_up()
+
+    def update(self, state: ArmState) -> Answer:
+        """
+        Return the torque that answers a state.
+
+        Parameters
+        ----------
+        state : ArmState
+            The newest state; the same stamp again gives the same answer and moves nothing on.
+
+        Returns
+        -------
+        Answer
+            Torque, reference, status.
+
+        Raises
+        ------
+        Refusal
+            If the state cannot be answered: it is not finite and nothing came before it, or too
+            many in a row were not believed.
+
+        """
+        last, stamp, settings = self._answer, state.stamp, self._settings
+        if last is not None and stamp == last.stamp:
+            return last
+        verdict = self._gate.take(state, settings.max_state_jump)
+        if verdict is Verdict.FOLLOWS:
+            self._watch_limits(state, last)
+        elif verdict is Verdict.UNBELIEVED:
+            self._counts['unbelieved_states'] += 1
+            state = self._gate.last
+        else:
+            self._take_over(state, verdict)
+            last = None
+        self._waiting = False
+        reference = self._timeline.at(stamp, settings.motion_limits)
+        torque = torque_of(settings.mode, state, reference, self.arm, settings.gains)
+        before = None if last is None else last.torque.total
+        change = 0.0 if last is None else settings.torque_rate_limit * (stamp - last.stamp) * 1e-9
+        torque, limited = within_limits(torque, settings.gravity_excluded, self.arm.limits.effort,
+                                        before, change)
+        if limited:
+            self._counts['limited_periods'] += 1
+        self._answer = Answer(stamp, torque, reference, self._word(), limited)
+        return self._answer
+
+    def start_experiment(self) -> None:
+        """Move to where the experiment begins and start it; refused if there is none."""
+        self._ask('start_experiment', plans.plan_experiment, self.experiment)
+
+    def hold(self) -> None:
+        """Bring the reference to rest, jerk-limited, and hold it."""
+        self._ask('hold', plans.plan_stop)
+
+    def target_joints(self, names: Sequence[str], positions: Sequence[float]) -> None:
+        """Move to joint positions; see :func:`~ur5_ros.control.plans.plan_joints`."""
+        self._ask('target_joints', plans.plan_joints, names, positions)
+
+    def target_pose(self, pose: np.ndarray, frame: str = 'base') -> None:
+        """Move to a tool pose; see :func:`~ur5_ros.control.plans.plan_pose`."""
+        self._ask('target_pose', plans.plan_pose, pose, frame)
+
+    def joint_trajectory(
+        self,
+        names: Sequence[str],
+        points: Sequence[TrajectoryPoint],
+        stamp: int = 0,
+    ) -> None:
+        """Follow a joint trajectory; see :func:`~ur5_ros.control.plans.plan_trajectory`."""
+        self._ask('joint_trajectory', plans.plan_trajectory, names, points, stamp, self.stamp)
+
+    def path(self, poses: np.ndarray, times: Sequence[int] = (), frame: str = 'base') -> None:
+        """Pass tool poses in straight lines; see :func:`~ur5_ros.control.plans.plan_path`."""
+        self._ask('path', plans.plan_path, poses, times, frame)
+
+    def change(self, name: str, value: Any) -> None:
+        """Change one live parameter; see :meth:`change_all`."""
+        self.change_all({name: value})
+
+    def change_all(self, changes: Mapping[str, Any]) -> None:
+        """
+        Change live parameters, all of them or none; they act from the next state on.
+
+        Parameters
+        ----------
+        changes : mapping
+            Names and new values.
+
+        Raises
+        ------
+        Refusal
+            If one is unknown, not live, or its value is refused.
+
+        """
+        parameters = changed(self.parameters, changes)
+        self._settings = settings_from(parameters, self.arm, self._rate)
+        self.parameters = parameters
+
+    def lose_states(self) -> None:
+        """Note that states have stopped coming; the next one ends it."""
+        self._waiting = True
+
+    def status(self) -> dict[str, Any]:
+        """Return what to tell about the controller: numbers, texts and truth values."""
+        timeline, answer, last = self._timeline, self._answer, self._gate.last
+        branch = timeline.branch
+        status = {
+            'state': self._word(),
+            'detail': self._stopped or self._refused or timeline.name,
+            'last_refusal': self._refused,
+            'last_doubt': self._gate.sentence,
+            'mode': self._settings.mode,
+            'effort_convention': self.parameters['effort_convention'],
+            'arm': self.arm.name,
+            'experiment': self.parameters['experiment'],
+            'stamp': self.stamp,
+            'ik_branch': '' if branch is None else branch.name,
+            'ik_candidates': 0 if branch is None else branch.candidates,
+            'torque_limited': '' if answer is None else answer.limited,
+            **self._counts,
+        }
+        if answer is not None:
+            status['singularity_distance'] = float(singularity_distance(last.q, self.arm))
+            status['largest_error'] = float(np.abs(last.q - answer.reference.q).max())
+            left = timeline.start + timeline.motion.duration - answer.stamp
+            status['seconds_left'] = max(0, left) / 1e9
+        return status
+
+    @property
+    def stamp(self) -> int:
+        """Stamp of the state answered last [ns]; 0 before the first."""
+        return 0 if self._answer is None else self._answer.stamp
+
+    def _ask(self, what: str, planner: Callable[..., plans.Plan], *wish: Any) -> None:
+        try:
+            if self._answer is None:
+                raise Refusal('no state has come yet; start the robot or the simulator first')
+            plan = planner(self._settings, self._answer.reference, *wish)
+        except Refusal as refusal:
+            self._counts['refused_inputs'] += 1
+            self._refused = f'{what}: {refusal}'
+            raise
+        self._begin(plan, what, self._answer.stamp)
+
+    def _begin(self, plan: plans.Plan, what: str, stamp: int) -> None:
+        self._timeline.begin(plan.motion, what, stamp, plan.branch)
+        self._refused = self._stopped = ''
+
+    def _take_over(self, state: ArmState, verdict: Verdict) -> None:
+        """Begin anew from a measured state: hold there, or start the experiment."""
+        at_rest = np.abs(state.qd).max() < _STANDING
+        zero = np.zeros(6)
+        start = Reference(state.q.copy(), zero if at_rest else state.qd.copy(), zero)
+        if verdict is Verdict.FIRST and self.parameters['autostart'] and self.experiment:
+            begin = self.experiment.motion.at(0).q
+            if np.abs(state.q - begin).max() <= START_DISTANCE:
+                plan = plans.Plan(self.experiment.motion, self.experiment.branch)
+            else:
+                plan = plans.plan_experiment(self._settings, start, self.experiment)
+            self._begin(plan, 'experiment', state.stamp)
+            return
+        plan = plans.Plan(Still(start.q)) if at_rest else plans.plan_stop(self._settings, start)
+        doing = 'hold' if verdict is Verdict.FIRST else f'hold, since {self._gate.sentence}'
+        self._begin(plan, doing, state.stamp)
+
+    def _watch_limits(self, state: ArmState, last: Answer) -> None:
+        """Stop smoothly when a joint passes a limit of the arm in position or speed."""
+        limits = self.arm.limits
+        beyond = (state.q < limits.lower) | (state.q > limits.upper)
+        beyond |= np.abs(state.qd) > limits.velocity
+        if not beyond.any():
+            self._beyond = False
+        elif not self._beyond:
+            self._beyond = True
+            joint = int(beyond.argmax())
+            stop = smooth_stop(last.reference, self._settings.motion_limits)
+            self._begin(plans.Plan(stop), 'stop', last.stamp)
+            self._stopped = (f'{self._names[joint]} at {state.q[joint]:.4f} rad, '
+                             f'{state.qd[joint]:.4f} rad/s')
+
+    def _word(self) -> str:
+        if self._waiting:
+            return WAITING
+        if self._stopped:
+            return STOPPED
+        if self._timeline.moving:
+            return MOVING
+        return REFUSED if self._refused else HOLDING
+
+    def _warm_up(self) -> None:
+        """Have everything compiled and loaded before the first state comes."""
+        home, zero = np.array(HOME), np.zeros(6)
+        state = ArmState(0, home, zero, zero)
+        for mode in ('computed_torque', 'gravity_pd'):
+            torque_of(mode, state, Reference(home, zero, zero), self.arm, self._settings.gains)
+        inverse_kinematics_batch(np.eye(4)[None], self.arm)

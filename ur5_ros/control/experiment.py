@@ -1,0 +1,140 @@
+"""Experiments of ``config/experiments`` as motions of a given arm."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.config.experiments import (
+    Experiment,
+    JointStep,
+    JointWaves,
+    ToolCircle,
+    ToolPolygon,
+    ToolWaves,
+)
+from ur5_ros.control.cartesian_path import straight_legs
+from ur5_ros.control.motion import Motion, Sampled, grid
+from ur5_ros.control.profile import ToolSamples, tool_circle, tool_waves, waves, window
+from ur5_ros.control.tool_motion import Branch, check_limits, follow, tool_motion
+from ur5_ros.errors import Refusal
+from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import JOINT_NAMES, Reference
+
+#: Grid points beyond which no table is made [count]; the formulas are then asked every time.
+_LARGEST_TABLE = 500_000
+
+
+class ExperimentMotion(NamedTuple):
+    """An experiment ready to run."""
+
+    motion: Motion
+    """The reference along time."""
+    branch: Branch | None
+    """The inverse-kinematics branch followed; None for motions given in joints."""
+
+
+def initial_positions(spec: Experiment, arm: ArmParameters) -> np.ndarray:
+    """
+    Return where the arm should stand when the experiment begins: q*(0) + e0.
+
+    Parameters
+    ----------
+    spec : Experiment
+        The experiment.
+    arm : ArmParameters
+        The controller's arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (6,)
+        Manufacturer's joint angles [rad].
+
+    """
+    zero = np.zeros(1)
+    if isinstance(spec, JointWaves | JointStep):
+        begin = _joint_samples(spec, zero)
+    else:
+        begin, _ = follow(_tool_samples(spec, zero, arm), zero, _start(spec), arm, 0.0)
+    return begin.q[0] + np.array(spec.initial_error)
+
+
+def experiment_motion(
+    spec: Experiment,
+    arm: ArmParameters,
+    control_rate: int,
+    singularity_margin: float,
+) -> ExperimentMotion:
+    """
+    Return the motion of an experiment, computed at once for every control period.
+
+    Parameters
+    ----------
+    spec : Experiment
+        What is asked.
+    arm : ArmParameters
+        The controller's arm: poses are its forward kinematics, joints its inverse kinematics.
+    control_rate : int
+        Control periods a second [Hz].
+    singularity_margin : float
+        Least distance to a singularity, see
+        :func:`~ur5_ros.control.tool_motion.singularity_distance`.
+
+    Returns
+    -------
+    ExperimentMotion
+        The motion and its branch.
+
+    Raises
+    ------
+    Refusal
+        If a sample is out of reach, too near a singularity or beyond a joint limit.
+
+    """
+    rate = min(control_rate, int(_LARGEST_TABLE / spec.duration))
+    try:
+        if isinstance(spec, JointWaves | JointStep):
+            times = grid(spec.duration, rate)
+            table = _joint_samples(spec, times)
+            check_limits(table, times, arm)
+            return ExperimentMotion(
+                Sampled(spec.duration, rate, table,
+                        lambda t, _: _joint_samples(spec, np.array([t]))), None)
+        motion, branch = tool_motion(lambda times: _tool_samples(spec, times, arm),
+                                     spec.duration, rate, _start(spec), arm, singularity_margin)
+    except Refusal as refusal:
+        raise Refusal(f'experiment {spec.name}, arm {arm.name}: {refusal}') from None
+    return ExperimentMotion(motion, branch)
+
+
+def _start(spec: Experiment) -> np.ndarray:
+    return np.deg2rad(spec.start_degrees)
+
+
+def _tool_samples(
+    spec: ToolWaves | ToolCircle | ToolPolygon,
+    times: np.ndarray,
+    arm: ArmParameters,
+) -> ToolSamples:
+    start = forward_kinematics(_start(spec) + arm.angle_offset, arm)
+    if isinstance(spec, ToolWaves):
+        return tool_waves(times, spec, start)
+    if isinstance(spec, ToolCircle):
+        if np.linalg.norm(np.cross(spec.normal, spec.centre)) < 1e-9:
+            raise Refusal(f'centre {spec.centre} and normal {spec.normal} make no circle; '
+                          'give a centre away from the start and a normal across to it')
+        return tool_circle(times, spec, start)
+    poses = np.broadcast_to(start, (len(spec.corners), 4, 4)).copy()
+    poses[:, :3, 3] += np.array(spec.corners)
+    return straight_legs(poses, np.arange(len(spec.corners)) * spec.leg_time)(times)
+
+
+def _joint_samples(spec: JointWaves | JointStep, times: np.ndarray) -> Reference:
+    start = _start(spec)
+    if isinstance(spec, JointStep):
+        q = start + np.where(times[:, None] < spec.at, 0.0, np.array(spec.step))
+        return Reference(q, np.zeros_like(q), np.zeros_like(q))
+    weight = window(times, spec.duration, spec.ramp, spec.ramp_down)
+    curves = [waves(times, spec.joints.get(name, []), weight) for name in JOINT_NAMES]
+    q, qd, qdd = (np.stack([curve[part] for curve in curves], axis=-1) for part in range(3))
+    return Reference(start + q, qd, qdd)

@@ -1,0 +1,98 @@
+"""Which states to believe: a clock or an arm that jumps must not move the reference."""
+
+from enum import Enum
+from math import isfinite
+
+import numpy as np
+
+from ur5_ros.errors import Refusal
+from ur5_ros.signals import ArmState
+
+#: Simulated time without a state after which motions do not go on [ns].
+CLOCK_GAP = 1_000_000_000
+#: Unbelievable states answered in a row; then no answer, and the robot's own watchdog acts.
+LARGEST_RUN = 10
+
+
+class Verdict(Enum):
+    """What a state is, after the one before it."""
+
+    FOLLOWS = 'follows'
+    FIRST = 'first state'
+    RESTARTED = 'clock went back'
+    GAP = 'clock jumped ahead'
+    MOVED = 'arm was moved'
+    UNBELIEVED = 'not believed'
+
+
+class StateGate:
+    """Compares each state with the last one that was believed."""
+
+    def __init__(self) -> None:
+        self.last: ArmState | None = None
+        """The last state believed."""
+        self.sentence = ''
+        """Why the last state that did not just follow was special."""
+        self._suspect: ArmState | None = None
+        self._run = 0
+
+    def take(self, state: ArmState, largest_jump: float) -> Verdict:
+        """
+        Return what a state is, and remember it when it is believed.
+
+        A joint that jumps is not believed; when the next state confirms the new place, the arm
+        was moved (a reset of the simulator).
+
+        Parameters
+        ----------
+        state : ArmState
+            The newest state.
+        largest_jump : float
+            How far a joint may move between two states [rad].
+
+        Returns
+        -------
+        Verdict
+            All but UNBELIEVED make ``state`` the last believed one.
+
+        Raises
+        ------
+        Refusal
+            If there is nothing to answer with: the first state, or too many in a row, are not
+            believed.
+
+        """
+        last = self.last
+        if not isfinite(state.q.sum() + state.qd.sum()):
+            return self._doubt(state, 'the state holds a number that is not finite')
+        if last is None:
+            return self._believe(state, Verdict.FIRST)
+        step = state.stamp - last.stamp
+        if step < 0:
+            self.sentence = f'the clock went back by {-step / 1e9:.6f} s'
+            return self._believe(state, Verdict.RESTARTED)
+        if step > CLOCK_GAP:
+            self.sentence = f'the clock jumped ahead by {step / 1e9:.6f} s'
+            return self._believe(state, Verdict.GAP)
+        jump = np.abs(state.q - last.q).max()
+        if jump <= largest_jump:
+            return self._believe(state, Verdict.FOLLOWS)
+        suspect = self._suspect
+        if suspect is not None and np.abs(state.q - suspect.q).max() <= largest_jump:
+            return self._believe(state, Verdict.MOVED)
+        joint = int(np.abs(state.q - last.q).argmax())
+        verdict = self._doubt(state, f'joint {joint + 1} jumped by {jump:.4f} rad between two '
+                              f'states; max_state_jump is {largest_jump:g}')
+        self._suspect = state
+        return verdict
+
+    def _believe(self, state: ArmState, verdict: Verdict) -> Verdict:
+        self.last, self._suspect, self._run = state, None, 0
+        return verdict
+
+    def _doubt(self, state: ArmState, sentence: str) -> Verdict:
+        self.sentence = sentence
+        self._run += 1
+        if self.last is None or self._run > LARGEST_RUN:
+            raise Refusal(f'{sentence} at stamp {state.stamp} ns; not answered')
+        return Verdict.UNBELIEVED

@@ -1,0 +1,222 @@
+"""Functions of time with two derivatives: ramps, waves, and where the tool should be."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.config.experiments import ToolCircle, ToolWaves, Wave
+
+
+class Curve(NamedTuple):
+    """A quantity along time and its derivatives, each of shape (n,)."""
+
+    value: np.ndarray
+    rate: np.ndarray
+    acceleration: np.ndarray
+
+
+class ToolSamples(NamedTuple):
+    """Where the tool should be, how it should move, in ``base``."""
+
+    pose: np.ndarray
+    """Poses, shape (n, 4, 4)."""
+    twist: np.ndarray
+    """Velocity [m/s] of the tool origin, angular velocity [rad/s], shape (n, 6)."""
+    twist_rate: np.ndarray
+    """Their time derivatives [m/s^2, rad/s^2], shape (n, 6)."""
+
+
+def quintic_rise(t: np.ndarray, duration: float) -> Curve:
+    """
+    Return x^3 (10 - 15 x + 6 x^2), x = t / duration held within 0 and 1: C2, at rest at both ends.
+
+    Parameters
+    ----------
+    t : numpy.ndarray, shape (n,)
+        Times [s].
+    duration : float
+        Length of the rise [s]; zero = already risen.
+
+    Returns
+    -------
+    Curve
+        From 0 to 1.
+
+    """
+    if duration == 0.0:
+        return Curve(np.ones_like(t), np.zeros_like(t), np.zeros_like(t))
+    x = np.clip(t / duration, 0.0, 1.0)
+    return Curve(
+        x * x * x * (10.0 - 15.0 * x + 6.0 * x * x),
+        30.0 * x * x * (1.0 - x) * (1.0 - x) / duration,
+        60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / (duration * duration),
+    )
+
+
+def window(t: np.ndarray, duration: float, ramp: float, ramp_down: float) -> Curve:
+    """
+    Return the weight that rises over ``ramp`` and falls over the last ``ramp_down`` seconds.
+
+    Parameters
+    ----------
+    t : numpy.ndarray, shape (n,)
+        Times [s].
+    duration, ramp, ramp_down : float
+        Seconds.
+
+    Returns
+    -------
+    Curve
+        Between 0 and 1.
+
+    """
+    up = quintic_rise(t, ramp)
+    if ramp_down == 0.0:
+        return up
+    fall = quintic_rise(t - (duration - ramp_down), ramp_down)
+    return _product(up, Curve(1.0 - fall.value, -fall.rate, -fall.acceleration))
+
+
+def waves(t: np.ndarray, terms: Sequence[Wave], weight: Curve) -> Curve:
+    """
+    Return weight(t) times the sum of amplitude sin(2 pi frequency t + phase).
+
+    Parameters
+    ----------
+    t : numpy.ndarray, shape (n,)
+        Times [s].
+    terms : sequence of Wave
+        Possibly none.
+    weight : Curve
+        The weight at the same times.
+
+    Returns
+    -------
+    Curve
+        The weighted sum.
+
+    """
+    total = Curve(np.zeros_like(t), np.zeros_like(t), np.zeros_like(t))
+    for term in terms:
+        omega = 2.0 * np.pi * term.frequency
+        angle = omega * t + np.deg2rad(term.phase_degrees)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        total = Curve(
+            total.value + term.amplitude * sine,
+            total.rate + term.amplitude * omega * cosine,
+            total.acceleration - term.amplitude * omega * omega * sine,
+        )
+    return _product(weight, total)
+
+
+def tool_waves(t: np.ndarray, spec: ToolWaves, start: np.ndarray) -> ToolSamples:
+    """
+    Return the tool swinging about its start: p0 + w waves, R0 Rz(c) Ry(b) Rx(a).
+
+    Parameters
+    ----------
+    t : numpy.ndarray, shape (n,)
+        Times [s].
+    spec : ToolWaves
+        Waves along the axes of base [m] and of the three angles [rad].
+    start : numpy.ndarray, shape (4, 4)
+        Pose about which the tool swings.
+
+    Returns
+    -------
+    ToolSamples
+        Poses and their analytic derivatives.
+
+    """
+    weight = window(t, spec.duration, spec.ramp, spec.ramp_down)
+    axes = [waves(t, spec.position.get(axis, []), weight) for axis in 'xyz']
+    a, b, c = (waves(t, spec.rotation.get(axis, []), weight) for axis in 'xyz')
+    turn, omega, alpha = _angles(a, b, c)
+    pose = np.empty((t.size, 4, 4))
+    pose[:, :3, :3] = np.matmul(start[:3, :3], turn)
+    pose[:, :3, 3] = start[:3, 3] + np.stack([axis.value for axis in axes], axis=-1)
+    pose[:, 3] = 0.0, 0.0, 0.0, 1.0
+    return ToolSamples(
+        pose,
+        np.concatenate([np.stack([axis.rate for axis in axes], axis=-1),
+                        _turned(start, omega)], axis=-1),
+        np.concatenate([np.stack([axis.acceleration for axis in axes], axis=-1),
+                        _turned(start, alpha)], axis=-1),
+    )
+
+
+def tool_circle(t: np.ndarray, spec: ToolCircle, start: np.ndarray) -> ToolSamples:
+    """
+    Return the tool running around a circle without turning, at rest at both ends.
+
+    Parameters
+    ----------
+    t : numpy.ndarray, shape (n,)
+        Times [s].
+    spec : ToolCircle
+        Centre from the start [m], axis, turns, duration [s].
+    start : numpy.ndarray, shape (4, 4)
+        Pose at which it begins and ends (after whole turns).
+
+    Returns
+    -------
+    ToolSamples
+        Poses and their analytic derivatives.
+
+    """
+    centre = np.array(spec.centre)
+    axis = np.array(spec.normal)
+    axis = axis - centre * (axis @ centre) / (centre @ centre)
+    across = np.cross(axis / np.linalg.norm(axis), centre)
+    rise = quintic_rise(t, spec.duration)
+    angle, rate, acceleration = (2.0 * np.pi * spec.turns * part[:, None] for part in rise)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    along = centre * sine - across * cosine  # derivative of the position by the angle
+    pose = np.broadcast_to(start, (t.size, 4, 4)).copy()
+    pose[:, :3, 3] += centre * (1.0 - cosine) - across * sine
+    still = np.zeros((t.size, 3))
+    inward = centre * cosine + across * sine
+    return ToolSamples(
+        pose,
+        np.concatenate([rate * along, still], axis=-1),
+        np.concatenate([acceleration * along + rate * rate * inward, still], axis=-1),
+    )
+
+
+def _product(a: Curve, b: Curve) -> Curve:
+    return Curve(
+        a.value * b.value,
+        a.rate * b.value + a.value * b.rate,
+        a.acceleration * b.value + 2.0 * a.rate * b.rate + a.value * b.acceleration,
+    )
+
+
+def _angles(a: Curve, b: Curve, c: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return Rz(c) Ry(b) Rx(a) (n, 3, 3), its angular velocity and acceleration (n, 3)."""
+    sa, ca = np.sin(a.value), np.cos(a.value)
+    sb, cb = np.sin(b.value), np.cos(b.value)
+    sc, cc = np.sin(c.value), np.cos(c.value)
+    turn = np.empty((a.value.size, 3, 3))
+    turn[:, 0] = np.stack([cc * cb, cc * sb * sa - sc * ca, cc * sb * ca + sc * sa], axis=-1)
+    turn[:, 1] = np.stack([sc * cb, sc * sb * sa + cc * ca, sc * sb * ca - cc * sa], axis=-1)
+    turn[:, 2] = np.stack([-sb, cb * sa, cb * ca], axis=-1)
+    omega = np.stack([
+        cc * cb * a.rate - sc * b.rate,
+        sc * cb * a.rate + cc * b.rate,
+        c.rate - sb * a.rate,
+    ], axis=-1)
+    alpha = np.stack([
+        cc * cb * a.acceleration - (sc * cb * c.rate + cc * sb * b.rate) * a.rate
+        - sc * b.acceleration - cc * c.rate * b.rate,
+        sc * cb * a.acceleration + (cc * cb * c.rate - sc * sb * b.rate) * a.rate
+        + cc * b.acceleration - sc * c.rate * b.rate,
+        c.acceleration - sb * a.acceleration - cb * b.rate * a.rate,
+    ], axis=-1)
+    return turn, omega, alpha
+
+
+def _turned(start: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return R0 v, summed in one order whatever n is, so that n samples equal n times one."""
+    x, y, z = vectors[:, 0:1], vectors[:, 1:2], vectors[:, 2:3]
+    return start[:3, 0] * x + start[:3, 1] * y + start[:3, 2] * z

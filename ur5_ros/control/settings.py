@@ -1,0 +1,172 @@
+"""The controller's parameters as the values that the law and the plans use."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.config.parameters import CONTROL_PARAMETERS, HOME, check
+from ur5_ros.control.gains import Gains, gains_from, sampled_radius
+from ur5_ros.control.law import PLAIN_MODES
+from ur5_ros.control.point_to_point import MotionLimits
+from ur5_ros.control.tolerances import Tolerances, default_tolerances
+from ur5_ros.errors import Refusal
+from ur5_ros.model.dynamics import inertia_matrix
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import JOINT_NAMES
+
+#: Tables of motions are made for this many control periods a second where none is given [Hz]; the
+#: periods of 500, 250, 200, 125, 100 Hz lie on the same grid.
+USUAL_RATE = 1000
+
+
+class Settings(NamedTuple):
+    """Everything that a control period or a plan needs besides the state."""
+
+    arm: ArmParameters
+    control_rate: int
+    mode: str
+    gains: Gains
+    gravity_excluded: bool
+    motion_limits: MotionLimits
+    max_joint_jump: float
+    singularity_margin: float
+    tool_speed: float
+    torque_rate_limit: float
+    """[N m/s]; infinite where there is none."""
+    allow_nonzero_end_velocity: bool
+    tolerances: Tolerances
+    max_state_jump: float
+    prefix: str
+
+
+def settings_from(
+    parameters: Mapping[str, Any],
+    arm: ArmParameters,
+    control_rate: int | None,
+) -> Settings:
+    """
+    Return the settings of a complete set of parameters.
+
+    Parameters
+    ----------
+    parameters : mapping
+        A value for each of ``CONTROL_PARAMETERS``.
+    arm : ArmParameters
+        The law's arm.
+    control_rate : int or None
+        Control periods a second [Hz], where known.
+
+    Returns
+    -------
+    Settings
+        Checked settings.
+
+    Raises
+    ------
+    Refusal
+        If the gains are not stable, or held torques would shake the arm in the mode.
+
+    """
+    gains = gains_from(parameters['kp'], parameters['kd'])
+    mode = parameters['mode']
+    if control_rate is not None:
+        check_sampled(mode, gains, arm, control_rate)
+    speed = np.minimum(_six(parameters['max_velocity']), arm.limits.velocity)
+    return Settings(
+        arm=arm,
+        control_rate=control_rate or USUAL_RATE,
+        mode=mode,
+        gains=gains,
+        gravity_excluded=parameters['effort_convention'] == 'gravity_excluded',
+        motion_limits=MotionLimits(speed, _six(parameters['max_acceleration']),
+                                   _six(parameters['max_jerk'])),
+        max_joint_jump=parameters['max_joint_jump'],
+        singularity_margin=parameters['singularity_margin'],
+        tool_speed=parameters['tool_speed'],
+        torque_rate_limit=parameters['torque_rate_limit'] or np.inf,
+        allow_nonzero_end_velocity=parameters['allow_nonzero_velocity_at_trajectory_end'],
+        tolerances=default_tolerances(parameters['constraints.trajectory'],
+                                      parameters['constraints.goal'],
+                                      parameters['constraints.goal_time']),
+        max_state_jump=parameters['max_state_jump'],
+        prefix=parameters['tf_prefix'],
+    )
+
+
+def check_sampled(mode: str, gains: Gains, arm: ArmParameters, control_rate: int) -> None:
+    """
+    Refuse gains with which the loop, stable in continuous time, shakes itself at this rate.
+
+    A torque held for a period h takes more than the speed it should brake when
+    h Kd / M > 2: soon so on a wrist without rotor inertia, in the modes that do not weigh by M.
+
+    Parameters
+    ----------
+    mode : str
+        The law.
+    gains : Gains
+        Its gains.
+    arm : ArmParameters
+        The law's arm.
+    control_rate : int
+        Control periods a second [Hz].
+
+    Raises
+    ------
+    Refusal
+        Naming the joint and, in the modes without M, the largest damping that it stands.
+
+    """
+    plain = mode in PLAIN_MODES
+    inertia = inertia_matrix(np.array(HOME) + arm.angle_offset, arm) if plain else None
+    radius = sampled_radius(gains, inertia, 1.0 / control_rate)
+    if radius < 1.0:
+        return
+    if not plain:
+        raise Refusal(f'kp, kd make the loop unstable when sampled at {control_rate} Hz (spectral '
+                      f'radius {radius:.4g}); lower kd below {control_rate} 1/s')
+    # the shortest way for a torque on one joint alone is through the inverse of M
+    largest = control_rate / np.diag(np.linalg.inv(inertia))
+    joint = int((np.diag(gains.kd) / largest).argmax())
+    raise Refusal(
+        f'mode {mode} sampled at {control_rate} Hz is unstable: kd of {JOINT_NAMES[joint]} is '
+        f'{gains.kd[joint, joint]:g} N m s/rad; for arm {arm.name} give at most about '
+        f'[{", ".join(f"{value:.2g}" for value in largest)}]')
+
+
+def changed(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """
+    Return the parameters with some changed while the node runs.
+
+    Parameters
+    ----------
+    parameters : mapping
+        The values now.
+    changes : mapping
+        New values of parameters that are live.
+
+    Returns
+    -------
+    dict
+        A complete new set.
+
+    Raises
+    ------
+    Refusal
+        If a name is unknown, only read at the start, or a value is wrong.
+
+    """
+    known = {parameter.name: parameter for parameter in CONTROL_PARAMETERS}
+    new = dict(parameters)
+    for name, value in changes.items():
+        if name not in known:
+            raise Refusal(f'unknown parameter {name!r}')
+        if not known[name].live:
+            raise Refusal(f'{name} is read at the start only; restart with the new value')
+        new[name] = check(known[name], value)
+    return new
+
+
+def _six(values: list[float]) -> np.ndarray:
+    return np.broadcast_to(np.array(values, dtype=float), (6,)).copy()

@@ -1,0 +1,213 @@
+"""What users ask for: names, poses and frames checked, poses turned into joint targets."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ur5_ros.control.tool_motion import Branch
+from ur5_ros.errors import Refusal
+from ur5_ros.model.inverse_kinematics import inverse_kinematics, nearest_solution
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import JOINT_NAMES
+
+#: How far the norm of a quaternion may be from one: single precision and some.
+QUATERNION_TOLERANCE = 1e-3
+#: base_link = base turned by Rz(pi) (REP-103).
+_TURNED = np.diag([-1.0, -1.0, 1.0, 1.0])
+
+
+def joint_order(names: Sequence[str], prefix: str = '') -> list[int]:
+    """
+    Return where each joint stands in a message.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the message, in any order.
+    prefix : str
+        ``tf_prefix``.
+
+    Returns
+    -------
+    list of int
+        Place of joint 1, ..., 6.
+
+    Raises
+    ------
+    Refusal
+        If a joint is missing, unknown or doubled.
+
+    """
+    wanted = [prefix + name for name in JOINT_NAMES]
+    given = list(names)
+    unknown = [name for name in given if name not in wanted]
+    if unknown:
+        raise Refusal(f'unknown joint {unknown[0]!r}; the joints are: {", ".join(wanted)}')
+    missing = [name for name in wanted if name not in given]
+    if missing:
+        raise Refusal(f'joint {missing[0]} is missing; give all of: {", ".join(wanted)}')
+    if len(given) > 6:
+        doubled = next(name for name in given if given.count(name) > 1)
+        raise Refusal(f'joint {doubled} stands twice; name each joint once')
+    return [given.index(name) for name in wanted]
+
+
+def joint_values(what: str, values: Sequence[float], order: Sequence[int]) -> np.ndarray:
+    """
+    Return a message's values in joint order.
+
+    Parameters
+    ----------
+    what : str
+        What they are, for messages.
+    values : sequence of float
+        In the message's order.
+    order : sequence of int
+        From :func:`joint_order`.
+
+    Returns
+    -------
+    numpy.ndarray, shape (6,)
+        In joint order.
+
+    Raises
+    ------
+    Refusal
+        If there are not six, or one is not finite.
+
+    """
+    if len(values) != 6:
+        raise Refusal(f'{len(values)} {what} for 6 joints; give 6')
+    array = np.array(values, dtype=float)
+    if not np.all(np.isfinite(array)):
+        raise Refusal(f'{what} hold {array[~np.isfinite(array)][0]}; give finite numbers')
+    return array[list(order)]
+
+
+def pose_matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.ndarray:
+    """
+    Return the homogeneous transform of a position and a quaternion.
+
+    Parameters
+    ----------
+    position : sequence of float
+        x, y, z [m].
+    quaternion : sequence of float
+        x, y, z, w, of norm one within :data:`QUATERNION_TOLERANCE`.
+
+    Returns
+    -------
+    numpy.ndarray, shape (4, 4)
+        The transform.
+
+    Raises
+    ------
+    Refusal
+        If a number is not finite, or the norm is not one (the message names it).
+
+    """
+    p = np.array(position, dtype=float)
+    quat = np.array(quaternion, dtype=float)
+    if not (np.all(np.isfinite(p)) and np.all(np.isfinite(quat))):
+        raise Refusal(f'pose {p.tolist()}, {quat.tolist()} holds a number that is not finite')
+    norm = float(np.linalg.norm(quat))
+    if abs(norm - 1.0) > QUATERNION_TOLERANCE:
+        raise Refusal(f'the quaternion [{", ".join(f"{v:g}" for v in quat)}] has the norm '
+                      f'{norm:.6g}; give one of norm 1 (x, y, z, w)')
+    x, y, z, w = quat / norm
+    transform = np.eye(4)
+    transform[:3, :3] = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    transform[:3, 3] = p
+    return transform
+
+
+def in_base(transform: np.ndarray, frame: str, prefix: str = '') -> np.ndarray:
+    """
+    Return a pose given in ``base`` or ``base_link`` in ``base``.
+
+    Parameters
+    ----------
+    transform : numpy.ndarray, shape (..., 4, 4)
+        The pose.
+    frame : str
+        Its frame.
+    prefix : str
+        ``tf_prefix``.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 4, 4)
+        In ``base``.
+
+    Raises
+    ------
+    Refusal
+        If the frame is another, or the matrix is no finite rigid transform.
+
+    """
+    transform = np.asarray(transform, dtype=float)
+    if transform.shape[-2:] != (4, 4) or not np.all(np.isfinite(transform)):
+        raise Refusal(f'pose of shape {transform.shape}; give finite (4, 4) transforms')
+    rotation = transform[..., :3, :3]
+    product = np.matmul(rotation, np.swapaxes(rotation, -1, -2))
+    skewness = float(np.abs(product - np.eye(3)).max(initial=0.0))
+    if skewness > 1e-6 or np.any(np.linalg.det(rotation) < 0.0):
+        raise Refusal(f'the rotation is off by {skewness:.3g} from an orthonormal right-handed '
+                      'matrix; give a rotation')
+    if frame == prefix + 'base':
+        return transform
+    if frame == prefix + 'base_link':
+        return np.matmul(_TURNED, transform)
+    raise Refusal(f'frame {frame!r} is not known; give the pose in {prefix}base or '
+                  f'{prefix}base_link')
+
+
+def solve_pose(
+    transform: np.ndarray,
+    near: np.ndarray,
+    arm: ArmParameters,
+    max_joint_jump: float,
+) -> tuple[np.ndarray, Branch]:
+    """
+    Return the joint target for a pose: the branch and wraps nearest to a configuration.
+
+    Parameters
+    ----------
+    transform : numpy.ndarray, shape (4, 4)
+        Tool pose in ``base``.
+    near : numpy.ndarray, shape (6,)
+        Present configuration, manufacturer's angles [rad].
+    arm : ArmParameters
+        The arm.
+    max_joint_jump : float
+        Largest motion of a joint that is accepted [rad].
+
+    Returns
+    -------
+    numpy.ndarray, shape (6,)
+        Joint target, manufacturer's angles [rad].
+    Branch
+        The branch chosen.
+
+    Raises
+    ------
+    Refusal
+        If the pose is out of reach, or its nearest solution further than ``max_joint_jump``.
+
+    """
+    offset = arm.angle_offset
+    target = nearest_solution(transform, near + offset, arm)
+    solutions = inverse_kinematics(transform, arm, q_near=near + offset)
+    away = (solutions.q - target) / (2.0 * np.pi)
+    label = solutions.branch[np.abs(away - np.round(away)).max(axis=1).argmin()]
+    way = np.abs(target - offset - near)
+    if way.max() > max_joint_jump:
+        joint = int(way.argmax())
+        raise Refusal(f'{JOINT_NAMES[joint]} would have to turn by {way[joint]:.4f} rad to '
+                      f'the nearest solution; max_joint_jump is {max_joint_jump:g}: go there in '
+                      'steps, or by ~/target_joints')
+    return target - offset, Branch(int(label), len(solutions.q))
