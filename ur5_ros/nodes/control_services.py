@@ -1,0 +1,35 @@
+"""Services and live parameters of the controller, each a request to the loop."""
+
+from typing import Any
+
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from ur5_ros.config import CONTROL_PARAMETERS
+from ur5_ros.nodes.parameters import serve
+from ur5_ros.nodes.serving import add_service
+
+
+def offer_services(node: Node, control: Any) -> None:
+    """
+    Offer ``~/start_experiment``, ``~/hold`` and the parameters.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node.
+    control : ControlNode
+        Whose loop does what is asked.
+
+    """
+    def start(request: Any) -> str:
+        control.requests.call(lambda: control.answering.controller.start_experiment())
+        return 'the experiment starts'
+
+    def hold(request: Any) -> str:
+        control.requests.call(lambda: control.answering.controller.hold())
+        return 'the arm comes to rest'
+
+    add_service(node, Trigger, '~/start_experiment', start)
+    add_service(node, Trigger, '~/hold', hold)
+    serve(node, CONTROL_PARAMETERS, control.change)

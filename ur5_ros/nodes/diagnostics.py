@@ -1,0 +1,131 @@
+"""What a node says about itself once a second, and what it says when it refuses something."""
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ur5_ros.bag.codec import encode
+
+OK, WARN, ERROR, STALE = range(4)
+
+#: Wall time between two log lines of the same kind [s].
+THROTTLE = 5.0
+
+
+def status_array(
+    stamp: int, name: str, message: str, hardware_id: str, values: Mapping[str, Any],
+    level: int = OK,
+) -> bytes:
+    """
+    Return diagnostic_msgs/DiagnosticArray with one status, as CDR bytes.
+
+    Parameters
+    ----------
+    stamp : int
+        Header stamp [ns].
+    name, message, hardware_id : str
+        Fields of the status.
+    values : mapping
+        Key to anything with a text.
+    level : int
+        ``OK``, ``WARN``, ``ERROR`` or ``STALE``.
+
+    """
+    seconds, nanoseconds = divmod(stamp, 1_000_000_000)
+    return encode('diagnostic_msgs/msg/DiagnosticArray', {
+        'header': {'stamp': {'sec': seconds, 'nanosec': nanoseconds}, 'frame_id': ''},
+        'status': [{
+            'level': level, 'name': name, 'message': message, 'hardware_id': hardware_id,
+            'values': [{'key': key, 'value': str(value)} for key, value in values.items()],
+        }],
+    })
+
+
+class Throttle:
+    """Lets a line of each kind through once in a while, counting the others."""
+
+    def __init__(self, seconds: float = THROTTLE, now: Callable[[], float] = time.monotonic):
+        self._seconds = seconds
+        self._now = now
+        self._last: dict[str, float] = {}
+
+    def __call__(self, kind: str) -> bool:
+        """Return whether a line of this kind may go out now."""
+        now = self._now()
+        if now - self._last.get(kind, -1e9) < self._seconds:
+            return False
+        self._last[kind] = now
+        return True
+
+
+class Refusals:
+    """
+    Counts what was refused, by topic and kind, and says so in words now and then.
+
+    Parameters
+    ----------
+    warn : callable
+        Logs a line.
+    tell : callable
+        ``tell(topic, reason, count)``: what else happens when a line goes out.
+
+    """
+
+    def __init__(
+        self, warn: Callable[[str], Any],
+        tell: Callable[[str, str, int], None] = lambda topic, reason, count: None,
+    ) -> None:
+        self.counts: dict[str, int] = {}
+        """``'<topic>: <kind>'`` to how often."""
+        self._warn = warn
+        self._tell = tell
+        self._throttle = Throttle()
+
+    @property
+    def total(self) -> int:
+        """How much was refused in all."""
+        return sum(self.counts.values())
+
+    def add(self, topic: str, kind: str, reason: str) -> None:
+        """
+        Count a refusal.
+
+        Parameters
+        ----------
+        topic : str
+            Where it came from.
+        kind : str
+            One of few words, the key of the counter.
+        reason : str
+            One line: the value, the limit, the way out.
+
+        """
+        key = f'{topic}: {kind}'
+        count = self.counts[key] = self.counts.get(key, 0) + 1
+        if self._throttle(key):
+            self._warn(f'refused {topic}: {reason}' + (f' ({count} so far)' if count > 1 else ''))
+            self._tell(topic, reason, count)
+
+
+class EverySecond:
+    """
+    Says when the next report is due, on the steady clock.
+
+    Parameters
+    ----------
+    period : float
+        Wall time [s].
+
+    """
+
+    def __init__(self, period: float = 1.0) -> None:
+        self._period = period
+        self._next = time.monotonic()
+
+    def due(self) -> bool:
+        """Return whether it is time, and plan the next."""
+        now = time.monotonic()
+        if now < self._next:
+            return False
+        self._next = now + self._period
+        return True

@@ -1,0 +1,108 @@
+"""Messages in and out of the loop: raw bytes through one wait set that is kept and re-armed."""
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+Message = tuple[int, bytes]
+
+
+class ReservedGroup(CallbackGroup):
+    """The callback group that no executor may touch: its entities belong to the loop."""
+
+    def can_execute(self, entity: Any) -> bool:
+        """Return False: the executor leaves the entity out of its wait set."""
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Return False, as it never may."""
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        """Do nothing."""
+
+
+class WaitSetLoop:
+    """
+    Subscriptions and publishers of the loop, as bytes.
+
+    The stock executor builds a wait set for each wait and hands over message objects; here one is
+    kept, and the bytes go to the law and to the bag as they are.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node that owns them; its other entities are left to an executor.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._group = ReservedGroup()
+        self._subscriptions: list[Any] = []
+        self._guard = node.create_guard_condition(_nothing, self._group)
+        self._wait_set: Any = None
+
+    def subscribe(self, message_type: type, topic: str, qos: QoSProfile) -> int:
+        """Subscribe, before the first wait; return the number under which messages come."""
+        self._subscriptions.append(self._node.create_subscription(
+            message_type, topic, _nothing, qos, callback_group=self._group, raw=True))
+        return len(self._subscriptions) - 1
+
+    def publisher(
+        self, message_type: type, topic: str, qos: QoSProfile,
+    ) -> Callable[[bytes], None]:
+        """Return what publishes CDR bytes on a topic."""
+        return self._node.create_publisher(message_type, topic, qos).handle.publish_raw
+
+    def wake(self) -> None:
+        """End a wait early; any thread may call it."""
+        self._guard.trigger()
+
+    def wait(self, seconds: float) -> list[Message]:
+        """
+        Wait for messages, a wake, or the time to pass.
+
+        Parameters
+        ----------
+        seconds : float
+            Longest wait of wall time; not below zero.
+
+        Returns
+        -------
+        list of (int, bytes)
+            At most one message of each subscription that has any; the next wait returns at once
+            if there are more.
+
+        """
+        wait_set = self._wait_set or self._arm()
+        wait_set.clear_entities()
+        for handle in self._handles:
+            wait_set.add_subscription(handle)
+        wait_set.add_guard_condition(self._guard_handle)
+        wait_set.wait(int(seconds * 1e9))
+        messages = []
+        for index in self._indices:
+            if wait_set.is_ready('subscription', index):
+                taken = self._takes[index](self._types[index], True)
+                if taken is not None:
+                    messages.append((index, taken[0]))
+        return messages
+
+    def _arm(self) -> Any:
+        self._handles = [each.handle for each in self._subscriptions]
+        self._takes = [each.take_message for each in self._handles]
+        self._types = [each.msg_type for each in self._subscriptions]
+        self._indices = range(len(self._handles))
+        self._guard_handle = self._guard.handle
+        self._wait_set = _rclpy.WaitSet(
+            len(self._handles), 1, 0, 0, 0, 0, self._node.context.handle)
+        return self._wait_set
+
+
+def _nothing(*_: Any) -> None:
+    """Stand where rclpy wants a callback that it will never call."""

@@ -1,0 +1,189 @@
+"""Parameters as ROS knows them, from the declarations in :mod:`ur5_ros.config.parameters`."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+
+from ur5_ros.config.parameters import Parameter, check, complete
+from ur5_ros.errors import Refusal
+
+_OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
+
+
+def declare(node: Node, parameters: Sequence[Parameter]) -> dict[str, Any]:
+    """
+    Declare parameters with ranges and return a checked value for each.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        A node that has declared none of them yet.
+    parameters : sequence of Parameter
+        All that the node has.
+
+    Returns
+    -------
+    dict
+        Name to value, in the declared type.
+
+    Raises
+    ------
+    Refusal
+        If a given one is unknown or its value is refused.
+
+    """
+    # rclpy has no public way to ask for the names of overrides that nobody declared
+    given = {name: _plain(override.value) for name, override in node._parameter_overrides.items()
+             if name not in _OF_EVERY_NODE and not name.startswith('qos_overrides.')}
+    values = complete(tuple(parameters), given)
+    node.declare_parameters(
+        '', [(each.name, values[each.name], _descriptor(each)) for each in parameters],
+        ignore_override=True)
+    return values
+
+
+def serve(
+    node: Node, parameters: Sequence[Parameter], change: Callable[[str, Any], None],
+) -> None:
+    """
+    Let ``change(name, value)`` have every live change; what it refuses is refused.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node that declared them.
+    parameters : sequence of Parameter
+        The same as declared.
+    change : callable
+        Takes a checked value into effect; raises Refusal.
+
+    """
+    known = {each.name: each for each in parameters}
+
+    def convert(given: list[RosParameter]) -> list[RosParameter]:
+        """Make ``kp: 5`` as good as ``kp: [5.0]``; leave what is wrong to the check."""
+        return [_converted(known.get(each.name), each) for each in given]
+
+    def judge(given: list[RosParameter]) -> SetParametersResult:
+        try:
+            checked = [(each.name, check(known[each.name], _plain(each.value)))
+                       for each in given if each.name in known]
+            if any(each.name == 'use_sim_time' and each.value for each in given):
+                raise Refusal('use_sim_time cannot be set while the node runs')
+            for name, value in checked:
+                change(name, value)
+        except Refusal as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    node.add_pre_set_parameters_callback(convert)
+    node.add_on_set_parameters_callback(judge)
+
+
+def _descriptor(parameter: Parameter) -> ParameterDescriptor:
+    description = parameter.description
+    if parameter.choices:
+        description += f' One of: {", ".join(parameter.choices)}.'
+    descriptor = ParameterDescriptor(
+        name=parameter.name, description=description, read_only=not parameter.live,
+        # an empty list has no type in rclpy
+        dynamic_typing=0 in parameter.sizes,
+    )
+    if parameter.lower is not None and type(parameter.default) is int:
+        descriptor.integer_range = [IntegerRange(
+            from_value=int(parameter.lower), to_value=int(parameter.upper))]
+    elif parameter.lower is not None and type(parameter.default) is float:
+        descriptor.floating_point_range = [FloatingPointRange(
+            from_value=float(parameter.lower), to_value=float(parameter.upper))]
+    return descriptor
+
+
+def _converted(parameter: Parameter | None, given: RosParameter) -> RosParameter:
+    if parameter is None:
+        return given
+    try:
+        return RosParameter(given.name, value=check(parameter, _plain(given.value)))
+    except Refusal:
+        return given
+
+
+def _plain(value: Any) -> Any:
+    """Return a list where rclpy has an array."""
+    return list(value) if hasattr(value, '__len__') and not isinstance(value, str) else value
+
+
+def check_files(
+    arguments: Sequence[str], node_name: str, read: Callable[[str], Any],
+) -> None:
+    """
+    Refuse parameter files that rcl would read past in silence.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        Command line.
+    node_name : str
+        Fully qualified name of the node.
+    read : callable
+        Reads a YAML file strictly.
+
+    Raises
+    ------
+    Refusal
+        If a file has no section for this node, a doubled key, an alias or a wrong form.
+
+    """
+    for path in _parameter_files(arguments):
+        data = read(path)
+        if not isinstance(data, Mapping):
+            raise Refusal(f'{path}: no parameter file; give sections "{node_name}: '
+                          'ros__parameters: ..."')
+        sections = list(_sections(data, ''))
+        if not any(matches(section, node_name) for section in sections):
+            found = ', '.join(sections) or 'none'
+            raise Refusal(f'{path}: no section for {node_name} (sections: {found}); '
+                          f'rename one to {node_name}')
+
+
+def matches(section: str, node_name: str) -> bool:
+    """
+    Return whether a section of a parameter file speaks to a node, as rcl reads it.
+
+    ``*`` stands for one part of a name, ``**`` for any number of them; a section without a
+    leading slash is taken from the root.
+
+    """
+    return _match(_parts(section), _parts(node_name))
+
+
+def _match(pattern: list[str], name: list[str]) -> bool:
+    if not pattern:
+        return not name
+    if pattern[0] == '**':
+        return any(_match(pattern[1:], name[i:]) for i in range(len(name) + 1))
+    return bool(name) and pattern[0] in ('*', name[0]) and _match(pattern[1:], name[1:])
+
+
+def _parts(name: str) -> list[str]:
+    return [part for part in name.split('/') if part]
+
+
+def _sections(data: Mapping[str, Any], above: str) -> Iterable[str]:
+    """Yield the node names in a parameter file: the keys above ``ros__parameters``."""
+    for key, value in data.items():
+        if key == 'ros__parameters':
+            yield above or '/'
+        elif isinstance(value, Mapping):
+            yield from _sections(value, f'{above}/{key.strip("/")}')
+
+
+def _parameter_files(arguments: Sequence[str]) -> list[str]:
+    return [after for before, after in zip(arguments, arguments[1:]) if before == '--params-file']

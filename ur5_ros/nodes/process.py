@@ -1,0 +1,140 @@
+"""From the command line to a running node and back: environment, start, end, exit code."""
+
+import gc
+import os
+import sys
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from ur5_ros.errors import Refusal
+from ur5_ros.nodes.shutdown import StopRequest
+
+#: Exit codes: done; bad input; done, but the recording lost something.
+DONE, REFUSED, LOSS = 0, 2, 3
+
+#: Highest domain whose ports fit (DDSI-RTPS 2.5, section 9.6.2.3: 7400 + 250 domain).
+HIGHEST_DOMAIN = 232
+
+
+def check_environment(environment: dict[str, str] | None = None) -> None:
+    """
+    Refuse an environment in which a node would not do what the user believes.
+
+    Parameters
+    ----------
+    environment : dict, optional
+        Variables to judge; the process's own by default.
+
+    Raises
+    ------
+    Refusal
+        If the domain id is none, or security is asked for in the mode that falls back to none.
+
+    """
+    env = os.environ if environment is None else environment
+    domain = env.get('ROS_DOMAIN_ID', '')
+    if domain and not (domain.isascii() and domain.isdigit() and int(domain) <= HIGHEST_DOMAIN):
+        raise Refusal(f'ROS_DOMAIN_ID is {domain!r}; give a whole number from 0 to '
+                      f'{HIGHEST_DOMAIN}, or unset it')
+    secured = env.get('ROS_SECURITY_ENABLE', '').lower() == 'true'
+    if secured and env.get('ROS_SECURITY_STRATEGY', 'Permissive') != 'Enforce':
+        raise Refusal('ROS_SECURITY_ENABLE is true, but ROS_SECURITY_STRATEGY is not Enforce: '
+                      'without its keys the node would run unsecured; set '
+                      'ROS_SECURITY_STRATEGY=Enforce, or ROS_SECURITY_ENABLE=false')
+    core = env.get('UR5_ROS_CORE', '')
+    if core:
+        pin_to_core(core)
+
+
+def pin_to_core(core: str) -> None:
+    """
+    Keep this process, and every thread that it starts later, on one core.
+
+    In lockstep only one of the two nodes works at a time, so that sharing a core saves the waking
+    of another; paced runs are better off without.
+
+    Raises
+    ------
+    Refusal
+        If there is no such core for this process.
+
+    """
+    allowed = os.sched_getaffinity(0)
+    if not (core.isascii() and core.isdigit() and int(core) in allowed):
+        raise Refusal(f'UR5_ROS_CORE is {core!r}; give one of: '
+                      f'{", ".join(map(str, sorted(allowed)))}, or unset it')
+    os.sched_setaffinity(0, {int(core)})
+
+
+def run_node(
+    create: Callable[[Sequence[str], StopRequest], 'Node'], arguments: Sequence[str] | None = None,
+) -> None:
+    """
+    Run a node as this process, and exit.
+
+    Parameters
+    ----------
+    create : callable
+        Makes the node from the command line and the request to stop; the node has ``run()``, which
+        returns the exit code.
+    arguments : sequence of str, optional
+        Command line, program name first; ``sys.argv`` by default.
+
+    """
+    arguments = sys.argv if arguments is None else arguments
+    stop = StopRequest()
+    stop.listen()
+    try:
+        code = _run(create, arguments, stop)
+    except Refusal as error:
+        print(f'{_program(arguments)}: {error}', file=sys.stderr)
+        code = REFUSED
+    finally:
+        rclpy.try_shutdown()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # Nothing is left to be written; the destructors of the middleware have crashed at exit before.
+    os._exit(code)
+
+
+def freeze_garbage() -> None:
+    """Keep the garbage collector out of the loop: it makes no cycles, and its pauses are long."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+
+
+def _run(create, arguments: Sequence[str], stop: StopRequest) -> int:
+    check_environment()
+    surplus = remove_ros_args(list(arguments))[1:]
+    if surplus:
+        raise Refusal(f'unknown argument {surplus[0]!r}; parameters are given as '
+                      '--ros-args -p name:=value or --ros-args --params-file file.yaml')
+    try:
+        rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+        node = create(arguments, stop)
+    except ExternalShutdownException:
+        return DONE
+    except Refusal:
+        raise
+    except Exception as error:
+        if type(error).__module__.startswith('rclpy'):
+            raise Refusal(_one_line(error)) from None
+        raise
+    return node.run()
+
+
+def _one_line(error: Exception) -> str:
+    """Return what rcl says of a bad argument or file, without its source lines."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    text = lines[0] if lines else type(error).__name__
+    return text.partition(', at ')[0]
+
+
+def _program(arguments: Sequence[str]) -> str:
+    return os.path.basename(arguments[0]).removesuffix('.py') if arguments else 'node'

@@ -1,0 +1,148 @@
+"""Services and parameters beside the loop: an executor in a thread, and how it asks the loop."""
+
+import threading
+import traceback
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+
+from ur5_ros.errors import Refusal
+
+#: Wall time that the loop has to do what a service asks [s].
+PATIENCE = 10.0
+
+
+class LoopRequests:
+    """
+    Work that other threads want done by the loop, between two periods.
+
+    Parameters
+    ----------
+    wake : callable
+        Ends the loop's wait early.
+
+    """
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
+        self._waiting: deque[_Request] = deque()
+        self._loop_thread = threading.get_ident()
+        self._closed = False
+
+    def __bool__(self) -> bool:
+        return bool(self._waiting)
+
+    def call(self, work: Callable[[], Any]) -> Any:
+        """
+        Have the loop do ``work`` and return what it returns.
+
+        Raises
+        ------
+        Refusal
+            If the work is refused, or the loop does not get round to it.
+
+        """
+        if threading.get_ident() == self._loop_thread:
+            return work()
+        request = _Request(work)
+        self._waiting.append(request)
+        self._wake()
+        if self._closed or not request.done.wait(PATIENCE):
+            raise Refusal('the node is busy or ending; try again')
+        if request.error is not None:
+            raise request.error
+        return request.result
+
+    def serve(self) -> None:
+        """Do what is waiting; the loop calls it between two periods."""
+        while self._waiting:
+            request = self._waiting.popleft()
+            try:
+                request.result = request.work()
+            except Refusal as error:
+                request.error = error
+            except Exception:
+                request.error = Refusal('the request failed; the log of the node says why')
+                traceback.print_exc()
+            request.done.set()
+
+    def close(self) -> None:
+        """Do what is waiting and refuse what comes later."""
+        self._closed = True
+        self.serve()
+
+
+class _Request:
+    def __init__(self, work: Callable[[], Any]) -> None:
+        self.work = work
+        self.done = threading.Event()
+        self.result: Any = None
+        self.error: Refusal | None = None
+
+
+class Serving:
+    """
+    An ordinary executor in a second thread.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node whose services, parameters and timers are served.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._executor = MultiThreadedExecutor(num_threads=3, context=node.context)
+        self._executor.add_node(node)
+        self._ending = False
+        self._thread = threading.Thread(target=self._spin, name='serving', daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Serve no more."""
+        self._ending = True
+        self._executor.wake()
+        self._thread.join(0.5)
+
+    def _spin(self) -> None:
+        while not self._ending:
+            try:
+                self._executor.spin_once(timeout_sec=0.5)
+            except ExternalShutdownException:
+                return
+            except Exception:  # a callback's error must not end the others
+                if not self._ending:
+                    traceback.print_exc()
+
+
+def add_service(
+    node: Node, service_type: type, name: str, answer: Callable[[Any], str],
+) -> None:
+    """
+    Serve ``success`` and ``message`` of std_srvs: what ``answer`` returns, or why it refused.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node that offers it.
+    service_type : type
+        ``std_srvs.srv.Trigger`` or ``SetBool``.
+    name : str
+        Such as ``~/pause``.
+    answer : callable
+        Gets the request, returns the message of a success; raises Refusal.
+
+    """
+    def handle(request: Any, response: Any) -> Any:
+        try:
+            response.message = answer(request)
+            response.success = True
+        except Refusal as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    node.create_service(service_type, name, handle, callback_group=ReentrantCallbackGroup())

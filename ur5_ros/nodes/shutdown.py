@@ -1,0 +1,33 @@
+"""Signals to an orderly end: the loop is told once, what it does last it does undisturbed."""
+
+import signal
+from types import FrameType
+
+#: A closed terminal, Ctrl-C and kill all mean the same.
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class StopRequest:
+    """
+    What asks the loop to end: a signal, or the node itself.
+
+    rclpy's own handlers shut the context down first, so that nothing could be published any more;
+    they are left out (``SignalHandlerOptions.NO``) in favour of this.
+
+    """
+
+    def __init__(self) -> None:
+        self.reason = ''
+        """Why; empty as long as nothing asked."""
+
+    def listen(self) -> None:
+        """Take the signals over; a second one changes nothing."""
+        for number in SIGNALS:
+            signal.signal(number, self._on_signal)
+
+    def ask(self, reason: str) -> None:
+        """Ask for the end; the first reason stands."""
+        self.reason = self.reason or reason
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self.ask(signal.Signals(number).name)

@@ -1,0 +1,96 @@
+"""Topics of a node: how they are offered, heard and recorded."""
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from ur5_ros.nodes.executor_loop import ExecutorLoop
+from ur5_ros.nodes.hot_loop import WaitSetLoop
+from ur5_ros.nodes.recording import Recording
+
+#: States, commands and everything else that is published.
+NEWEST = QoSProfile(depth=1)
+#: /clock: losing one is harmless, the next one says more.
+UNACKNOWLEDGED = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+#: What a late joiner gets too.
+KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+#: Events come in bursts, and none may be lost.
+ALL = QoSProfile(depth=100)
+#: Our own hot subscriptions: no acknowledgement travels back, which is a third of the period.
+HOT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+#: Our other subscriptions.
+HEARD = QoSProfile(depth=10)
+
+Send = Callable[[bytes], None]
+
+
+def type_name(message_type: type) -> str:
+    """Return ``package/msg/Name`` of a message class."""
+    return f'{message_type.__module__.partition(".")[0]}/msg/{message_type.__name__}'
+
+
+class Topics:
+    """
+    The topics of a node, each recorded as it is sent or heard.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node.
+    loop : WaitSetLoop or ExecutorLoop
+        Through which the messages go.
+    recording : Recording
+        What they are recorded into.
+
+    """
+
+    def __init__(self, node: Node, loop: WaitSetLoop | ExecutorLoop, recording: Recording) -> None:
+        self._node = node
+        self._loop = loop
+        self._recording = recording
+        self.names: dict[str, str] = {}
+        """Role to resolved name, for the bag's description."""
+
+    def publisher(
+        self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
+    ) -> tuple[Send, int]:
+        """Return what publishes bytes, and the number under which to record them."""
+        return (self._loop.publisher(message_type, topic, qos),
+                self._record(role, topic, message_type, qos))
+
+    def sender(
+        self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
+    ) -> Send:
+        """Return what publishes and records bytes."""
+        publish, number = self.publisher(role, topic, message_type, qos)
+        recording = self._recording
+
+        def send(data: bytes) -> None:
+            publish(data)
+            recording.write(number, data)
+
+        return send
+
+    def subscribe(
+        self, role: str, topic: str, message_type: type, qos: QoSProfile = HEARD,
+    ) -> tuple[int, int]:
+        """Subscribe; return the number under which messages come and that to record them under."""
+        return (self._loop.subscribe(message_type, topic, qos),
+                self._record(role, topic, message_type, qos))
+
+    def _record(self, role: str, topic: str, message_type: type, qos: QoSProfile) -> int:
+        self.names[role] = self._node.resolve_topic_name(topic)
+        return self._recording.topic(
+            self.names[role], type_name(message_type), _word(qos.reliability),
+            _word(qos.durability), qos.depth)
+
+
+def make_loop(node: Node, kind: str) -> Any:
+    """Return the loop that the parameter ``hot_loop`` names."""
+    return {'wait_set': WaitSetLoop, 'executor': ExecutorLoop}[kind](node)
+
+
+def _word(policy: Any) -> str:
+    return policy.name.lower()
