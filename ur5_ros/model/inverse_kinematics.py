@@ -15,8 +15,10 @@ from numpy import empty
 from ur5_ros.errors import Refusal
 from ur5_ros.model import inverse_kernels as kernels
 from ur5_ros.model.arguments import finite_array
+from ur5_ros.model.kinematics import singularity_factors
 from ur5_ros.model.parameters import ArmParameters, Limits
 
+_tuple = tuple.__new__  # a third of the time of the named tuple's own constructor
 _NO_MASK = empty(0, dtype=bool)
 _ZERO = np.zeros(1)
 _SLOTS = [np.array([i for i in range(8) if mask >> i & 1], dtype=np.int64) for mask in range(256)]
@@ -95,7 +97,7 @@ def inverse_kinematics(
         T = finite_array('T', T, (4, 4))
         code = kernels.solve.single(T, free, arm.constants, q, _NO_MASK)
     if code == 255:
-        return Solutions(q, _ALL, False, '')
+        return _tuple(Solutions, (q, _ALL, False, ''))
     if code >= kernels.NOT_RIGID:
         check_pose(T)
     slots = _SLOTS[code & 255]
@@ -191,6 +193,34 @@ def nearest_solution(
         raise Refusal(_excluded(solutions.q, least > most, limits, arm))
     distance = np.where(allowed, np.sum((q - q_near) ** 2, axis=-1), np.inf)
     return np.clip(q[np.argmin(distance)], lower, upper)
+
+
+def branch_of(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    """
+    Return the branch that a configuration belongs to.
+
+    Parameters
+    ----------
+    q : array_like, shape (..., 6)
+        Joint positions [rad], base to wrist.
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray of int, shape (...)
+        4 shoulder + 2 elbow + wrist, as in :class:`Solutions`: signs of the factors of det J.
+
+    Raises
+    ------
+    Refusal
+        If ``q`` has another shape or holds a number that is not finite.
+
+    """
+    sin_q5, sin_q3, x5 = singularity_factors(q, arm)
+    right, flipped = x5 > 0.0, sin_q5 < 0.0
+    down = (sin_q3 * arm.a[1] * arm.a[2] < 0.0) != right
+    return 4 * right + 2 * down + flipped
 
 
 def check_pose(T: np.ndarray) -> None:

@@ -1,0 +1,209 @@
+"""
+The model against Pinocchio and EAIK: ratios of times, measured side by side in one process.
+
+    python benchmarks/bench_model.py [--json FILE] [--quick]
+
+Each round times ours and theirs one after the other, so that both see the same machine; the ratio
+is the median over the rounds.  Bars are upper limits of the ratio ours / theirs.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import NamedTuple
+
+import eaik.IK_DH
+import numpy as np
+import pinocchio as pin
+
+from ur5_ros.config import load_arm
+from ur5_ros.model.dynamics import dynamics_terms, forward_dynamics, inverse_dynamics
+from ur5_ros.model.inverse_kinematics import inverse_kinematics, inverse_kinematics_batch
+from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.model.parameters import ArmParameters
+
+BATCH = 100_000
+
+
+class Row(NamedTuple):
+    """One measured comparison."""
+
+    what: str
+    peer: str
+    ours_us: float
+    theirs_us: float
+    ratio: float
+    bar: float
+
+
+def pinocchio_model(arm: ArmParameters) -> pin.Model:
+    """Return the arm as Pinocchio has it, from its explicit inertias."""
+    model = pin.Model()
+    model.gravity.linear = arm.gravity
+    placement, parent = pin.SE3.Identity(), 0
+    for i, (mass, com, inertia) in enumerate(zip(*arm.bodies, strict=True)):
+        c, s = np.cos(arm.alpha[i]), np.sin(arm.alpha[i])
+        link = pin.SE3(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]),
+                       np.array([arm.a[i], 0, arm.d[i]]))
+        parent = model.addJoint(parent, pin.JointModelRZ(), placement, f'joint_{i + 1}')
+        model.appendBodyToJoint(parent, pin.Inertia(mass, com, inertia), link)
+        placement = link
+    model.armature = arm.armature
+    return model
+
+
+def compare(what: str, peer: str, bar: float, ours: Callable[[], object],
+            theirs: Callable[[], object], rounds: int, calls: tuple[int, int],
+            states: int = 1) -> Row:
+    """Time both in turn and return the medians, in microseconds a state."""
+    times = []
+    for function, n in ((ours, calls[0]), (theirs, calls[1])):
+        for _ in range(max(1, n // 10)):
+            function()
+    for _ in range(rounds):
+        pair = []
+        for function, n in ((ours, calls[0]), (theirs, calls[1])):
+            start = perf_counter()
+            for _ in range(n):
+                function()
+            pair.append((perf_counter() - start) / n / states * 1e6)
+        times.append(pair)
+    return Row(what, peer, median(t[0] for t in times), median(t[1] for t in times),
+               median(t[0] / t[1] for t in times), bar)
+
+
+def single_calls(arm: ArmParameters, rounds: int) -> list[Row]:
+    """Compare one state at a time, public functions with their checks."""
+    model = pinocchio_model(arm)
+    data = model.createData()
+    q, qd, qdd = np.random.default_rng(1).uniform(-2.0, 2.0, (3, 6))
+    calls = (2000, 2000)
+
+    def three():
+        pin.crba(model, data, q)
+        pin.computeCoriolisMatrix(model, data, q, qd)
+        pin.computeGeneralizedGravity(model, data, q)
+
+    pose = forward_kinematics(q, arm)
+    robot = eaik.IK_DH.DhRobot(arm.alpha, arm.a, arm.d)
+    return [
+        compare('dynamics_terms (M, C, g)', 'pin.crba + computeCoriolisMatrix + '
+                'computeGeneralizedGravity', 0.55, lambda: dynamics_terms(q, qd, arm), three,
+                rounds, calls),
+        compare('inverse_dynamics', 'pin.rnea', 0.95,
+                lambda: inverse_dynamics(q, qd, qdd, arm),
+                lambda: pin.rnea(model, data, q, qd, qdd), rounds, calls),
+        compare('forward_dynamics', 'pin.aba', 0.75,
+                lambda: forward_dynamics(q, qd, qdd, arm),
+                lambda: pin.aba(model, data, q, qd, qdd), rounds, calls),
+        compare('inverse_kinematics, all branches', 'EAIK IK', 0.4,
+                lambda: inverse_kinematics(pose, arm), lambda: robot.IK(pose), rounds, calls),
+    ]
+
+
+def batches(arm: ArmParameters, rounds: int) -> list[Row]:
+    """Compare arrays of states with a Python loop over Pinocchio, and EAIK's own batch."""
+    model = pinocchio_model(arm)
+    data = model.createData()
+    q, qd, qdd = np.random.default_rng(2).uniform(-3.0, 3.0, (3, BATCH, 6))
+    part = BATCH // 10  # the loops over the peers are linear: a tenth of the states tells
+
+    def three():
+        for a, b in zip(q[:part], qd[:part], strict=True):
+            pin.crba(model, data, a)
+            pin.computeCoriolisMatrix(model, data, a, b)
+            pin.computeGeneralizedGravity(model, data, a)
+
+    def rnea():
+        for a, b, c in zip(q[:part], qd[:part], qdd[:part], strict=True):
+            pin.rnea(model, data, a, b, c)
+
+    def aba():
+        for a, b, c in zip(q[:part], qd[:part], qdd[:part], strict=True):
+            pin.aba(model, data, a, b, c)
+
+    poses = forward_kinematics(q, arm)
+    robot = eaik.IK_DH.DhRobot(arm.alpha, arm.a, arm.d)
+    rows = []
+    for what, peer, bar, ours, theirs in (
+        ('dynamics_terms', 'a Python loop over Pinocchio', 0.1,
+         lambda: dynamics_terms(q, qd, arm), three),
+        ('inverse_dynamics', 'a Python loop over pin.rnea', 0.1,
+         lambda: inverse_dynamics(q, qd, qdd, arm), rnea),
+        ('forward_dynamics', 'a Python loop over pin.aba', 0.1,
+         lambda: forward_dynamics(q, qd, qdd, arm), aba),
+        ('inverse_kinematics_batch', 'EAIK IK_batched', 1 / 8,
+         lambda: inverse_kinematics_batch(poses, arm),
+         lambda: robot.IK_batched(poses[:part])),
+    ):
+        row = compare(f'{what}, {BATCH} states', peer, bar, ours, theirs, rounds, (1, 1), part)
+        tenth = part / BATCH
+        rows.append(row._replace(ours_us=row.ours_us * tenth, ratio=row.ratio * tenth))
+    return rows
+
+
+def start_up() -> list[dict]:
+    """Time import with a warm cache, and the first calls where nothing is cached."""
+    imports = ('import ur5_ros.model.dynamics, ur5_ros.model.kinematics, '
+               'ur5_ros.model.inverse_kinematics')
+    first = (f'{imports}\nimport numpy as np\nfrom time import perf_counter\n'
+             'from ur5_ros.config import load_arm\narm = load_arm("ur5")\nx = np.ones(6)\n'
+             'start = perf_counter()\n'
+             'ur5_ros.model.dynamics.dynamics_terms(x, x, arm)\n'
+             'ur5_ros.model.dynamics.inverse_dynamics(x, x, x, arm)\n'
+             'ur5_ros.model.dynamics.forward_dynamics(x, x, x, arm)\n'
+             'T = ur5_ros.model.kinematics.forward_kinematics(x, arm)\n'
+             'ur5_ros.model.inverse_kinematics.inverse_kinematics(T, arm)\n'
+             'print(perf_counter() - start)')
+    timed = f'from time import perf_counter\nstart = perf_counter()\n{imports}\n' \
+            'print(perf_counter() - start)'
+    with tempfile.TemporaryDirectory() as folder:
+        fresh = {**os.environ, 'NUMBA_CACHE_DIR': folder}
+        cold = _run(first, fresh)
+        warm = median(_run(timed, fresh) for _ in range(5))
+    return [{'what': 'import of the model, warm cache', 'seconds': warm, 'bar': 1.0},
+            {'what': 'first calls of five functions, no cache', 'seconds': cold, 'bar': 30.0}]
+
+
+def _run(code: str, environment: dict[str, str]) -> float:
+    done = subprocess.run([sys.executable, '-c', code], env=environment, check=True,
+                          capture_output=True, text=True)
+    return float(done.stdout)
+
+
+def main() -> int:
+    """Measure, print the table, write the JSON; exit code 1 where a bar is missed."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--json', type=Path, help='write the ratios to this file')
+    parser.add_argument('--quick', action='store_true', help='fewer rounds, no start-up times')
+    parser.add_argument('--arm', default='ur5')
+    options = parser.parse_args()
+    arm = load_arm(options.arm)
+    rows = single_calls(arm, 15 if options.quick else 101)
+    rows += batches(arm, 3 if options.quick else 9)
+    print(f'| ours ({options.arm}) | peer | ours us | theirs us | ratio | bar | |\n'
+          '|---|---|---|---|---|---|---|')
+    for row in rows:
+        print(f'| {row.what} | {row.peer} | {row.ours_us:.3f} | {row.theirs_us:.3f} '
+              f'| {row.ratio:.3f} | {row.bar:.3g} | {"met" if row.ratio <= row.bar else "MISSED"} |')
+    starts = [] if options.quick else start_up()
+    for start in starts:
+        print(f'| {start["what"]} | | {start["seconds"]:.2f} s | | | {start["bar"]} s '
+              f'| {"met" if start["seconds"] <= start["bar"] else "MISSED"} |')
+    if options.json:
+        options.json.write_text(json.dumps(
+            {'arm': options.arm, 'ratios': [row._asdict() for row in rows], 'start_up': starts},
+            indent=1))
+    met = all(row.ratio <= row.bar for row in rows)
+    return 0 if met and all(start['seconds'] <= start['bar'] for start in starts) else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,85 @@
+"""Inverse kinematics along a path: one branch, followed without a jump."""
+
+import numpy as np
+
+from ur5_ros.errors import Refusal
+from ur5_ros.model import path_kernel
+from ur5_ros.model.arguments import finite_array
+from ur5_ros.model.inverse_kinematics import check_pose, nearest_solution, unreachable
+from ur5_ros.model.parameters import ArmParameters, Limits
+
+
+def follow_path(
+    T: np.ndarray, q_start: np.ndarray, arm: ArmParameters, limits: Limits | None = None,
+    max_step: float = 0.2,
+) -> np.ndarray:
+    """
+    Return joint configurations along a path of poses, each nearest to the one before.
+
+    Where joint 6 is free it is kept still.
+
+    Parameters
+    ----------
+    T : array_like, shape (n, 4, 4)
+        Poses of ``tool0`` in ``base`` [m], close enough to each other that no joint turns more
+        than ``max_step`` between two.
+    q_start : array_like, shape (6,)
+        The first configuration is the one nearest to this, turns by 2 pi included [rad].
+    arm : ArmParameters
+        The arm.
+    limits : Limits, optional
+        Position limits in the manufacturer's angles (``arm.angle_offset`` is added here); those
+        of the arm by default.
+    max_step : float
+        Largest change of a joint between two poses [rad]; a larger one is a jump to another
+        branch, or a path through a singularity.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 6)
+        Joint positions, angles of the arm record [rad]; not wrapped.
+
+    Raises
+    ------
+    Refusal
+        If a pose is no rigid transform, out of reach, or reached only outside the limits or by a
+        jump; the message names the pose.
+
+    """
+    poses = finite_array('T', T, (4, 4))
+    if poses.ndim != 3 or len(poses) == 0:
+        raise Refusal(f'T has shape {poses.shape}; give (n, 4, 4) with n at least 1')
+    if not max_step > 0.0:
+        raise Refusal(f'max_step is {max_step} rad; give more than zero')
+    limits = arm.limits if limits is None else limits
+    lower, upper = limits.lower + arm.angle_offset, limits.upper + arm.angle_offset
+    first = nearest_solution(poses[0], q_start, arm, limits)
+    rows = np.empty((len(poses), 7))
+    path_kernel.follow.prepare()
+    path_kernel.follow.single(poses.reshape(-1, 4), first, lower, upper, arm.constants, rows)
+    q, met = np.ascontiguousarray(rows[:, :6]), rows[:, 6]
+    step = np.zeros_like(q)
+    step[1:] = np.abs(np.diff(q, axis=0))
+    bad = (met != 0.0) | (step.max(axis=1) > max_step)
+    if bad.any():
+        raise Refusal(_trouble(int(np.argmax(bad)), poses, met, q, step, limits, arm, max_step))
+    return q
+
+
+def _trouble(i: int, poses: np.ndarray, met: np.ndarray, q: np.ndarray, step: np.ndarray,
+             limits: Limits, arm: ArmParameters, max_step: float) -> str:
+    if met[i] == -1.0:
+        check_pose(poses)
+    if met[i] == 1.0:
+        return f'pose {i} of the path is {unreachable(poses[i], arm)}'
+    if met[i] == 2.0:
+        q_before = q[i - 1] - arm.angle_offset
+        room = np.minimum(q_before - limits.lower, limits.upper - q_before)
+        joint = int(np.argmin(room))
+        return (f'pose {i} of the path lies outside the limits: joint {joint + 1} stands at '
+                f'{q_before[joint]:.4f} rad before it, limits {limits.lower[joint]:.4f} to '
+                f'{limits.upper[joint]:.4f} rad; start a turn away or give another path')
+    joint = int(np.argmax(step[i]))
+    return (f'pose {i} of the path needs a jump: joint {joint + 1} would turn '
+            f'{step[i, joint]:.4f} rad at once, at most {max_step:g} is allowed; give closer '
+            'poses, or a path that stays away from singularities')

@@ -1,0 +1,177 @@
+r"""
+The dynamics as linear in the inertial parameters: :math:`\tau = Y(q, \dot q, \ddot q)\,\pi`.
+
+Per link :math:`\pi` holds m, m c (3), and the tensor about the origin of the link frame as xx, xy,
+yy, xz, yz, zz (the order of Pinocchio and of most identification software), links one after the
+other.  Rotor inertia is kept apart: it adds the columns diag(qdd).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.model.arguments import finite_array
+from ur5_ros.model.kinematics import link_transforms
+from ur5_ros.model.parameters import ArmParameters
+
+#: Names of the parameters of one link.
+LINK_PARAMETERS = ('m', 'mcx', 'mcy', 'mcz', 'Ixx', 'Ixy', 'Iyy', 'Ixz', 'Iyz', 'Izz')
+
+
+class BaseParameters(NamedTuple):
+    """Combinations of the 60 inertial parameters that motion and torque can tell."""
+
+    columns: np.ndarray
+    """Columns of Y that are independent, shape (b,)."""
+    combination: np.ndarray
+    """Base parameters = combination @ pi, shape (b, 60); Y[..., columns] @ them is the torque."""
+    condition: float
+    """Condition number of Y[..., columns], columns scaled, over the states looked at."""
+
+
+def inertial_parameters(arm: ArmParameters) -> np.ndarray:
+    """
+    Return pi of an arm, payload merged into link 6.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        The arm.
+
+    Returns
+    -------
+    numpy.ndarray, shape (60,)
+        In kg, kg m and kg m^2, ten numbers a link.
+
+    """
+    numbers = []
+    for mass, com, tensor in zip(*arm.bodies, strict=True):
+        about_origin = tensor + mass * (np.dot(com, com) * np.eye(3) - np.outer(com, com))
+        numbers += [mass, *(mass * com), *about_origin[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]]
+    return np.array(numbers)
+
+
+def dynamics_regressor(
+    q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, arm: ArmParameters,
+) -> np.ndarray:
+    r"""
+    Return the matrix Y with Y pi = inverse dynamics, rotor inertia left out.
+
+    Newton's and Euler's equations of each link about the origin of its frame are linear in
+    (m, m c, I); the transposed Jacobian of that frame turns them into joint torques.  This is a
+    derivation of its own and a witness of :func:`~ur5_ros.model.dynamics.inverse_dynamics`.
+
+    Parameters
+    ----------
+    q, qd, qdd : array_like, shape (..., 6)
+        Joint positions [rad], velocities [rad/s] and accelerations [rad/s^2].
+    arm : ArmParameters
+        Geometry and gravity; masses do not enter.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6, 60)
+        Joint torque for each unit of the 60 parameters.
+
+    Raises
+    ------
+    Refusal
+        If an argument has another shape or holds a number that is not finite.
+
+    """
+    q, qd, qdd = np.broadcast_arrays(*(finite_array(name, x, (6,)) for name, x in
+                                       (('q', q), ('qd', qd), ('qdd', qdd))))
+    frames = link_transforms(q, arm)
+    lead = q.shape[:-1]
+    rotation, origin = frames[..., :3, :3], frames[..., :3, 3]
+    # joint axes and a point on each, in base
+    axis = np.concatenate([np.broadcast_to([0.0, 0.0, 1.0], (*lead, 1, 3)),
+                           rotation[..., :5, :, 2]], axis=-2)
+    point = np.concatenate([np.zeros((*lead, 1, 3)), origin[..., :5, :]], axis=-2)
+    y = np.zeros((*lead, 6, 60))
+    w = alpha = np.zeros((*lead, 3))
+    a = np.broadcast_to(-arm.gravity, (*lead, 3))
+    for i in range(6):
+        z, speed, gain = axis[..., i, :], qd[..., i, None], qdd[..., i, None]
+        alpha = alpha + gain * z + speed * np.cross(w, z)
+        w = w + speed * z
+        r = origin[..., i, :] - point[..., i, :]
+        a = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
+        back = np.swapaxes(rotation[..., i, :, :], -1, -2)
+        wrench = _wrench_of_parameters(*(np.einsum('...ij,...j->...i', back, v)
+                                         for v in (w, alpha, a)))
+        joints = axis[..., :i + 1, :]
+        columns = np.concatenate([
+            np.einsum('...ij,...kj->...ki', back, np.cross(
+                joints, origin[..., i, None, :] - point[..., :i + 1, :])),
+            np.einsum('...ij,...kj->...ki', back, joints)], axis=-1)
+        y[..., :i + 1, 10 * i:10 * i + 10] = columns @ wrench
+    return y
+
+
+def base_parameters(arm: ArmParameters, states: int = 400) -> BaseParameters:
+    """
+    Return which combinations of the inertial parameters can be identified.
+
+    Dependent columns of Y over well spread states are found from the zeros on the diagonal of its
+    QR decomposition (Gautier 1991) and folded into the columns before them.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        Geometry and gravity; masses do not enter.
+    states : int
+        How many states to look at.
+
+    Returns
+    -------
+    BaseParameters
+        Independent columns and combinations.
+
+    """
+    # multiples of irrational numbers modulo one: spread evenly, and the same every time
+    spread = np.modf(np.outer(np.arange(1, states + 1), np.sqrt([
+        2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61])))[0] * 2.0 - 1.0
+    y = dynamics_regressor(np.pi * spread[:, :6], 2.0 * spread[:, 6:12], 5.0 * spread[:, 12:],
+                           arm).reshape(-1, 60)
+    size = np.linalg.norm(y, axis=0)
+    y = y / np.where(size > 0.0, size, 1.0)
+    diagonal = np.abs(np.diag(np.linalg.qr(y, mode='r')))
+    columns = np.flatnonzero(diagonal > 1e-9)
+    others = np.flatnonzero(diagonal <= 1e-9)
+    folded, *_ = np.linalg.lstsq(y[:, columns], y[:, others], rcond=None)
+    folded *= np.where(size > 0.0, size, 1.0)[others] / size[columns][:, None]
+    folded[np.abs(folded) < 1e-9] = 0.0
+    combination = np.zeros((columns.size, 60))
+    combination[np.arange(columns.size), columns] = 1.0
+    combination[:, others] = folded
+    return BaseParameters(columns, combination, float(np.linalg.cond(y[:, columns])))
+
+
+def _wrench_of_parameters(w: np.ndarray, alpha: np.ndarray, a: np.ndarray) -> np.ndarray:
+    # force and moment about the frame origin, (..., 6, 10), all in axes of the link
+    zero = np.zeros(w.shape[:-1])
+    spin = _skew(alpha) + _skew(w) @ _skew(w)
+    wrench = np.zeros((*w.shape[:-1], 6, 10))
+    wrench[..., :3, 0] = a
+    wrench[..., :3, 1:4] = spin
+    wrench[..., 3:, 1:4] = -_skew(a)
+    tensor, turned = _tensor_times(alpha, zero), _tensor_times(w, zero)
+    wrench[..., 3:, 4:] = tensor + _skew(w) @ turned
+    return wrench
+
+
+def _skew(v: np.ndarray) -> np.ndarray:
+    out = np.zeros((*v.shape, 3))
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -z, y, -x
+    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = z, -y, x
+    return out
+
+
+def _tensor_times(v: np.ndarray, zero: np.ndarray) -> np.ndarray:
+    # I v as a matrix times (xx, xy, yy, xz, yz, zz)
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    rows = [[x, y, zero, z, zero, zero], [zero, x, y, zero, z, zero],
+            [zero, zero, zero, x, y, z]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
