@@ -11,7 +11,7 @@ from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.nodes.control_topics import ControlOutputs
 from ur5_ros.nodes.diagnostics import ERROR, OK, STALE, WARN
 from ur5_ros.nodes.messages import StateReader
-from ur5_ros.nodes.payload_hash import PayloadHash
+from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.nodes.poses import position_and_quaternion
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period

@@ -10,7 +10,7 @@ from std_msgs.msg import Float64MultiArray
 from ur5_ros.errors import Refusal
 from ur5_ros.nodes.diagnostics import Refusals
 from ur5_ros.nodes.messages import EffortReader, read_message, six
-from ur5_ros.nodes.payload_hash import PayloadHash
+from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.serving import LoopRequests
 from ur5_ros.nodes.simulation import Simulation, push
