@@ -14,6 +14,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
 INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation
 PYTEST := $(BIN)/python -m pytest
 ARGS ?=
+# side_by_side is their common part, ping_pong the reference that they start themselves
+BENCHMARKS := $(filter-out %/side_by_side.py %/ping_pong.py %/soak.py,$(wildcard benchmarks/*.py))
 
 .PHONY: help setup setup-all demo test lint types bench faults soak test-browser docs lock clean
 
@@ -28,14 +30,14 @@ $(VENV)/created.stamp:
 	@echo "Making $(VENV) with $(PYTHON)"
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v < (3, 14) or sys.exit(f"Python {v[0]}.{v[1]} found; the ROS packages want 3.10 to 3.13: make PYTHON=/path/to/python3.11")'
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	@touch $@
+	@touch $(VENV)/COLCON_IGNORE $@
 
 # pip and setuptools first and from the lock: the ones that came with Python may be years old
 $(VENV)/runtime.stamp: requirements/runtime.txt setup.py $(VENV)/created.stamp
 	@echo "Installing $$(grep -c == $<) pinned packages into $(VENV); the first time this takes some minutes"
 	@$(INSTALL) $$(grep -E '^(pip|setuptools)==' $<)
 	@$(INSTALL) -r $<
-	@$(INSTALL) -e .
+	@$(INSTALL) --quiet -e .
 	@touch $@
 
 $(VENV)/all.stamp: requirements/all.txt $(VENV)/runtime.stamp
@@ -61,13 +63,13 @@ test-browser: setup-all  ## the viewer and the report in headless Chromium
 	$(PYTEST) -q -m browser $(ARGS) </dev/null
 
 bench: setup-all  ## figures as ratios to references measured in the same run
-	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script $(ARGS); done
+	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script $(ARGS); done
 
 faults: setup-all  ## every fault of the catalogue, and the scorecard
-	$(BIN)/python -m benchmarks.faults $(ARGS)
+	$(PYTEST) -q -m fault --scorecard docs/faults.md $(ARGS) </dev/null
 
 soak: setup-all  ## an hour under watch: memory, lateness, bags (ARGS="--minutes 5")
-	$(BIN)/python -m benchmarks.soak $(ARGS)
+	$(BIN)/python benchmarks/soak.py $(ARGS)
 
 docs: setup-all  ## the documents as a site in site/
 	$(BIN)/mkdocs build --strict
