@@ -28,15 +28,15 @@ class Topic(NamedTuple):
     type_hash: str
 
 
-def make_topic(number: int, schema_id: int, name: str, schema: Schema | tuple[str, bytes],
-               qos: Sequence[Mapping[str, Any]], type_hash: str) -> Topic:
-    """Return the records of a topic; ``schema`` is (type name, ros2msg text)."""
-    type_name, text = schema if isinstance(schema, tuple) else (schema.name, schema.data)
-    encoding = 'ros2msg' if isinstance(schema, tuple) else schema.encoding
+def make_topic(number: int, schema_id: int, name: str, schema: tuple[str, bytes],
+               qos: Sequence[Mapping[str, Any]], type_hash: str,
+               schema_encoding: str = 'ros2msg', encoding: str = 'cdr') -> Topic:
+    """Return the records of a topic; ``schema`` is (type name, text)."""
+    type_name, text = schema
     metadata = {'offered_qos_profiles': to_yaml([dict(profile) for profile in qos]),
                 'topic_type_hash': type_hash}
-    return Topic(Schema(id=schema_id, name=type_name, encoding=encoding, data=text),
-                 Channel(id=number, schema_id=schema_id, topic=name, message_encoding='cdr',
+    return Topic(Schema(id=schema_id, name=type_name, encoding=schema_encoding, data=text),
+                 Channel(id=number, schema_id=schema_id, topic=name, message_encoding=encoding,
                          metadata=metadata),
                  qos, type_hash)
 
@@ -98,8 +98,7 @@ class BagFolder:
         at = 0
         while at < len(messages):
             if self._is_full(messages[at]):
-                self._close_file()
-                self._file = self._open()
+                self.next_file()
             self._announce()
             for chunk in cut(messages[at:self._end_of_file(messages, at)]):
                 self._file.write(chunk)
@@ -107,6 +106,11 @@ class BagFolder:
                 self.written += len(chunk)
                 if self._max_size and self._file.size >= self._max_size:
                     break
+
+    def next_file(self) -> None:
+        """Complete the open file and start another one."""
+        self._close_file()
+        self._file = self._open()
 
     def _announce(self) -> None:
         """Define the topics that the open file does not know."""

@@ -109,12 +109,11 @@ class Collector:
         layout, order = known
         chosen = np.flatnonzero(left & (found.lengths == layout.size))
         data = gather(buffer, found.offsets[chosen], layout.size)
-        fits = np.ones(len(chosen), bool)
         for offset, constant in layout.constants():
-            fits &= (data[:, offset:offset + len(constant)]
-                     == np.frombuffer(constant, np.uint8)).all(axis=1)
-        if not fits.all():
-            chosen, data = chosen[fits], data[fits]
+            equal = data[:, offset:offset + len(constant)] == np.frombuffer(constant, np.uint8)
+            if not equal.all():  # over all at once: much faster than row by row
+                fits = equal.all(axis=1)
+                chosen, data = chosen[fits], data[fits]
         left[chosen] = False
         if order is None:
             return

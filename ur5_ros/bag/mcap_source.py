@@ -13,13 +13,10 @@ from ur5_ros.bag.definitions import FileDefinitions, TopicInfo
 from ur5_ros.bag.mcap_records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
 from ur5_ros.bag.mcap_summary import Summary, read_summary
 from ur5_ros.bag.problem import BagProblem
-from ur5_ros.bag.walk import CompiledWalk, Walk, walk
+from ur5_ros.bag.walk import Walk, walk
 
 #: Chunks are walked together up to this size [bytes].
 BATCH_SIZE = 4 << 20
-
-#: Files larger than this are walked by compiled code [bytes].
-COMPILE_ABOVE = 16 << 20
 
 #: Largest ratio of decompressed to stored size of a whole file, beyond the first MAX_RECORD.
 #: LZ4 cannot exceed 255.
@@ -95,10 +92,17 @@ class McapSource:
         """What is known of each channel."""
         return self._definitions.topics()
 
-    def batches(self) -> Iterator[Batch]:
-        """Yield all messages of the file, in its order; afterwards ``counts`` is right."""
+    def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
+        """
+        Yield all messages of the file, in its order; afterwards ``counts`` is right.
+
+        Parameters
+        ----------
+        fast : callable
+            The walk to use: :func:`ur5_ros.bag.walk.walk`, or a compiled one.
+
+        """
         self.counts = {}
-        fast = CompiledWalk() if self.size > COMPILE_ABOVE else walk
         for contents in self._gathered():
             joined = b''.join(contents) if len(contents) > 1 else contents[0]
             found = fast(joined)

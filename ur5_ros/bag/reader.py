@@ -14,8 +14,11 @@ from ur5_ros.bag.definitions import TopicInfo
 from ur5_ros.bag.mcap_source import Batch, McapSource
 from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.sources import compare_counts, open_sources, read_descriptions
-from ur5_ros.bag.walk import Walk
+from ur5_ros.bag.walk import CompiledWalk, Walk, walk
 from ur5_ros.errors import Refusal
+
+#: Bags larger than this are walked by compiled code, which takes a second to get ready [bytes].
+COMPILE_ABOVE = 16 << 20
 
 
 def open_bag(path: Path | str) -> 'Bag':
@@ -80,10 +83,20 @@ class Bag:
 
     def _batches(self) -> Iterator[tuple[McapSource, Batch]]:
         """Yield all batches of all files; afterwards compare the counts with metadata.yaml."""
+        large = sum(source.size for source in self.sources) > COMPILE_ABOVE
+        fast = CompiledWalk() if large else walk
         for source in self.sources:
-            for batch in source.batches():
+            for batch in source.batches(fast):
                 yield source, batch
         compare_counts(self.path, self._information, self.sources, self._report)
+
+    def counts(self) -> dict[str, int]:
+        """Return topic -> messages, as counted by the last whole reading or :meth:`check`."""
+        found = dict.fromkeys(self.topics, 0)
+        for source in self.sources:
+            for channel, info in source.topics.items():
+                found[info.name] += source.counts.get(channel, 0)
+        return found
 
     def check(self) -> list[str]:
         """Read all of the bag, every CRC and count, and return the problems."""

@@ -35,13 +35,14 @@ def walk(content: bytes | bytearray) -> Walk | None:
     rows: list[tuple[int, int, int, int, int]] = []
     definitions = []
     at, end = 0, len(content)
+    frame, message = FRAME.unpack_from, MESSAGE.unpack_from
     while at + FRAME.size <= end:
-        opcode, length = FRAME.unpack_from(content, at)
+        opcode, length = frame(content, at)
         after = at + FRAME.size + length
         if after > end:
             return None
-        if opcode == Opcode.MESSAGE and length >= MESSAGE_EXTRA:
-            _, _, channel, _, log_time, publish_time = MESSAGE.unpack_from(content, at)
+        if opcode == 5 and length >= MESSAGE_EXTRA:
+            _, _, channel, _, log_time, publish_time = message(content, at)
             rows.append((channel, at + MESSAGE.size, length - MESSAGE_EXTRA,
                          log_time, publish_time))
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
