@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ur5_ros.control import law_kernel
 from ur5_ros.control.gains import Gains, error_poles, gains_from
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.model.parameters import ArmParameters
@@ -40,10 +41,11 @@ def computed_torque(
         The total and the parts that it is the sum of [N m].
 
     """
-    inertia, coriolis, gravity = dynamics_terms(state.q + arm.angle_offset, state.qd, arm)
-    correction = -(gains.kd @ (state.qd - reference.qd)) - gains.kp @ (state.q - reference.q)
-    inertial = inertia @ reference.qdd
-    feedback = inertia @ correction
-    velocity_torque = coriolis @ state.qd
-    total = inertial + feedback + velocity_torque + gravity
-    return Torque(total, inertial, feedback, np.asarray(velocity_torque), gravity)
+    terms = dynamics_terms(state.q + arm.angle_offset, state.qd, arm)
+    torque = np.empty((5, 6))
+    given = (*terms, state.q, state.qd, *reference, gains.kp, gains.kd)
+    try:
+        law_kernel.parts.single(*given, torque)
+    except TypeError:  # not compiled yet, or strided arrays
+        law_kernel.parts.run(1, [np.ascontiguousarray(array) for array in given], [], [torque])
+    return Torque(*torque)
