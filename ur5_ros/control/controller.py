@@ -162,11 +162,7 @@ class Controller:
         """Pass tool poses in straight lines; see :func:`~ur5_ros.control.plans.plan_path`."""
         self._ask('path', plans.plan_path, poses, times, frame)
 
-    def change(self, name: str, value: Any) -> None:
-        """Change one live parameter; see :meth:`change_all`."""
-        self.change_all({name: value})
-
-    def change_all(self, changes: Mapping[str, Any]) -> None:
+    def change(self, changes: Mapping[str, Any]) -> None:
         """
         Change live parameters, all of them or none; they act from the next state on.
 

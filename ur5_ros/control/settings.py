@@ -70,12 +70,12 @@ def settings_from(
     """
     gains = gains_from(parameters['kp'], parameters['kd'])
     mode = parameters['mode']
-    if control_rate is not None:
-        check_sampled(mode, gains, arm, control_rate)
+    rate = control_rate or USUAL_RATE
+    check_sampled(mode, gains, arm, rate)
     speed = np.minimum(_six(parameters['max_velocity']), arm.limits.velocity)
     return Settings(
         arm=arm,
-        control_rate=control_rate or USUAL_RATE,
+        control_rate=rate,
         mode=mode,
         gains=gains,
         gravity_excluded=parameters['effort_convention'] == 'gravity_excluded',
