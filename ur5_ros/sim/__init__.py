@@ -1,1 +1,1 @@
-"""The plant: a UR arm in PyBullet, its imperfections, its limits, what it does when nobody commands."""
+"""The plant: a UR arm in PyBullet, its imperfections, its limits, its fallbacks; no ROS."""

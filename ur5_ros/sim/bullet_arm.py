@@ -1,0 +1,121 @@
+"""The arm in PyBullet: the only file that knows the engine and its traps."""
+
+import tempfile
+
+import numpy as np
+import pybullet
+
+from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.sim.urdf import link_bodies, urdf_text
+
+_ZEROS = [0.0] * 6
+
+
+class BulletArm:
+    """
+    Six joints and gravity in a PyBullet world of their own, whose world frame is ``base``.
+
+    The integrator is qd' = qd + h M^-1 (tau - C qd - g), q' = q + h qd': nothing is added to it.
+    Damping, motors and PyBullet's velocity clamp are off; the joints have no stops here.  Joint
+    states travel as lists of floats, which is what PyBullet takes and gives.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        The bodies to load, payload merged.
+    gravity : array_like, shape (3,)
+        Gravitational acceleration in ``base`` [m/s^2].
+    step_time : float
+        Length h of a physics step [s].
+    gui : bool
+        Open PyBullet's window.
+
+    Raises
+    ------
+    Refusal
+        If the arm has a link without a tensor, or there is no display for the window.
+
+    """
+
+    def __init__(self, arm: ArmParameters, gravity: np.ndarray, step_time: float,
+                 gui: bool = False):
+        self._step_time = step_time
+        urdf_text(arm, bare=True)  # refuses before a world is opened
+        try:
+            self._client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+        except pybullet.error as error:
+            raise Refusal(f'PyBullet cannot start: {error}; '
+                          'set gui to false on a machine without a display') from None
+        if self._client < 0:
+            raise Refusal('PyBullet cannot open its window; set gui to false')
+        self.load(arm, gravity)
+
+    def load(self, arm: ArmParameters, gravity: np.ndarray) -> None:
+        """Build the world anew with these bodies, at rest in zero position; see :meth:`place`."""
+        client = self._client
+        pybullet.resetSimulation(physicsClientId=client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=self._step_time, numSubSteps=0, deterministicOverlappingPairs=1,
+            physicsClientId=client)
+        with tempfile.NamedTemporaryFile('w', suffix='.urdf', encoding='utf-8') as file:
+            file.write(urdf_text(arm, bare=True))
+            file.flush()
+            body = pybullet.loadURDF(file.name, useFixedBase=True, physicsClientId=client,
+                                     flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
+        # Body-wide settings alone and on link -1: mixed with others they are silently lost.
+        pybullet.changeDynamics(body, -1, linearDamping=0, angularDamping=0,
+                                physicsClientId=client)
+        pybullet.changeDynamics(body, -1, maxJointVelocity=1e9, physicsClientId=client)
+        self._body, self._joints = body, list(range(6))
+        for joint in self._joints:
+            pybullet.changeDynamics(body, joint, jointDamping=0.0, physicsClientId=client)
+        pybullet.setJointMotorControlArray(body, self._joints, pybullet.VELOCITY_CONTROL,
+                                           forces=_ZEROS, physicsClientId=client)
+        _, centre, axes, _ = link_bodies(arm)[5]
+        turn = pybullet.getMatrixFromQuaternion(pybullet.getQuaternionFromEuler(axes))
+        self._centre, self._axes = np.array(centre), np.array(turn).reshape(3, 3)
+        self.set_gravity(gravity)
+
+    def set_gravity(self, gravity: np.ndarray) -> None:
+        """Set the gravitational acceleration, in ``base`` [m/s^2]."""
+        pybullet.setGravity(*map(float, gravity), physicsClientId=self._client)
+
+    def place(self, q: list[float], qd: list[float]) -> None:
+        """Put the joints at these positions [rad] and velocities [rad/s]."""
+        for joint, position, velocity in zip(self._joints, q, qd, strict=True):
+            pybullet.resetJointState(self._body, joint, position, velocity,
+                                     physicsClientId=self._client)
+
+    def advance(self, tau: list[float]) -> tuple[list[float], list[float]]:
+        """Return q [rad], qd [rad/s] after one step under these torques [N m]."""
+        client = self._client
+        # A torque lasts one step; two calls before a step would add up.
+        pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.TORQUE_CONTROL,
+                                           forces=tau, physicsClientId=client)
+        pybullet.stepSimulation(physicsClientId=client)
+        states = pybullet.getJointStates(self._body, self._joints, physicsClientId=client)
+        return [state[0] for state in states], [state[1] for state in states]
+
+    def mass_matrix(self, q: list[float]) -> np.ndarray:
+        """Return M(q) of the loaded bodies [kg m^2], shape (6, 6), without rotor inertia."""
+        return np.array(pybullet.calculateMassMatrix(self._body, q, physicsClientId=self._client))
+
+    def bias(self, q: list[float], qd: list[float] = _ZEROS) -> np.ndarray:
+        """Return C(q, qd) qd + g(q) [N m], shape (6,)."""
+        return np.array(pybullet.calculateInverseDynamics(self._body, q, qd, _ZEROS,
+                                                          physicsClientId=self._client))
+
+    def jacobian(self, q: list[float], point: list[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+        """Return J(q) of a point of ``tool0``, linear rows first, in ``base``; (6, 6)."""
+        # PyBullet asks for points of a link in its inertial frame.
+        local = (self._axes.T @ (np.array(point) - self._centre)).tolist()
+        linear, angular = pybullet.calculateJacobian(
+            self._body, self._joints[-1], local, q, _ZEROS, _ZEROS, physicsClientId=self._client)
+        return np.array(linear + angular)
+
+    def close(self) -> None:
+        """Disconnect; closing twice does no harm."""
+        if self._client >= 0:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = -1

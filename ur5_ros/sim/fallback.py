@@ -1,0 +1,66 @@
+"""What the motors do when no valid command does: brake, hold against gravity, or nothing."""
+
+import numpy as np
+
+from ur5_ros.sim.bullet_arm import BulletArm
+from ur5_ros.sim.resistance import resisted_change
+from ur5_ros.sim.scheme import Effects, Joints, tool_torque
+
+#: Rate at which motion dies out under gravity compensation [1/s]; assumed: still in 0.2 s.
+DAMPING_RATE = 20.0
+_UNBOUNDED = np.full(6, np.inf)
+
+
+def fallback_torque(mode: str, arm: BulletArm, joints: Joints, effects: Effects,
+                    limit: np.ndarray, period: float) -> np.ndarray:
+    """
+    Return the torque of a fallback for one control period, within the torque limits.
+
+    The fallbacks know the whole plant: payload, friction, wrench and gravity as they are.
+
+    Parameters
+    ----------
+    mode : str
+        ``brake``, ``gravity_compensation`` or ``zero_torque``.
+    arm : BulletArm
+        Where M, C qd + g and J come from.
+    joints : Joints
+        State at the start of the period.
+    effects : Effects
+        What else acts on the joints.
+    limit : numpy.ndarray, shape (6,)
+        Largest torque [N m].
+    period : float
+        Length of a control period [s].
+
+    Returns
+    -------
+    numpy.ndarray, shape (6,)
+        Joint torque [N m].
+
+    """
+    if mode == 'brake':
+        return brake_torque(arm, joints, effects, limit, period)
+    if mode == 'gravity_compensation':
+        inertia = arm.mass_matrix(joints.q) + np.diag(effects.armature)
+        rate = -np.expm1(-DAMPING_RATE * period) / period  # qd' = qd exp(-rate t), at any period
+        tau = arm.bias(joints.q) - rate * (inertia @ joints.qd)
+        return np.minimum(np.maximum(tau, -limit), limit)
+    return np.zeros(6)
+
+
+def brake_torque(arm: BulletArm, joints: Joints, effects: Effects, limit: np.ndarray,
+                 period: float) -> np.ndarray:
+    """
+    Return the torque within the limits that minimises v'^T (M + Ia) v' after the period.
+
+    That is dry friction of the size of the torque limits, taken at the new velocity.
+
+    """
+    qd = np.array(joints.qd)
+    A = arm.mass_matrix(joints.q) / period
+    A[np.diag_indices(6)] += effects.armature / period + effects.viscous
+    drive = (tool_torque(arm, joints, effects) - arm.bias(joints.q, joints.qd)
+             - effects.viscous * qd)
+    _, f = resisted_change(A, drive, qd, limit + effects.coulomb, -_UNBOUNDED, _UNBOUNDED)
+    return -np.minimum(np.maximum(f, -limit), limit)

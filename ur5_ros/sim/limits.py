@@ -1,0 +1,90 @@
+"""Limits of the joints: who touches one now, told once when it begins, changes or ends."""
+
+import numpy as np
+
+from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.sim.events import Event, event
+
+_SENTENCE = {
+    'effort': 'commanded torque clamped to the limit of {}',
+    'velocity': 'faster than the limit: {}',
+    'position': 'held by the stop: {}',
+}
+
+
+class LimitWatch:
+    """Counts the periods at a limit and tells every change as an event."""
+
+    def __init__(self):
+        self.periods = dict.fromkeys(_SENTENCE, 0)
+        self._touching: dict[str, tuple[str, ...]] = dict.fromkeys(_SENTENCE, ())
+
+    @property
+    def quiet(self) -> bool:
+        """Tell whether no joint is at a limit."""
+        return not any(self._touching.values())
+
+    def look(self, kind: str, mask: np.ndarray, stamp: int) -> Event | None:
+        """
+        Take note of the joints at a limit in one period.
+
+        Parameters
+        ----------
+        kind : str
+            ``effort``, ``velocity`` or ``position``.
+        mask : numpy.ndarray, shape (6,), bool
+            The joints at the limit.
+        stamp : int
+            Stamp of the state from which that holds [ns].
+
+        Returns
+        -------
+        Event or None
+            An event if the joints are others than before.
+
+        """
+        joints = tuple(name for name, at_limit in zip(JOINT_NAMES, mask, strict=True) if at_limit)
+        self.periods[kind] += bool(joints)
+        if joints == self._touching[kind]:
+            return None
+        self._touching[kind] = joints
+        message = (_SENTENCE[kind].format(', '.join(joints)) if joints
+                   else f'no joint at a {kind} limit any more')
+        return event(stamp, 'limit', message, kind=kind, joints=list(joints), active=bool(joints))
+
+
+def check_initial_state(arm: ArmParameters, positions: list[float]) -> None:
+    """
+    Refuse to start beyond a stop.
+
+    Raises
+    ------
+    Refusal
+        If a position is outside the arm's limits.
+
+    """
+    for name, q, low, high in zip(JOINT_NAMES, positions, arm.limits.lower, arm.limits.upper,
+                                  strict=True):
+        if not low <= q <= high:
+            raise Refusal(f'initial_positions: {name} {q:g} rad is beyond a stop of {arm.name}; '
+                          f'give {low:g} to {high:g}')
+
+
+def check_rates(control_rate: int, physics_rate: int) -> None:
+    """
+    Refuse a control period that is not a whole number of physics steps.
+
+    Raises
+    ------
+    Refusal
+        Naming the nearest rates that fit.
+
+    """
+    if physics_rate % control_rate == 0:
+        return
+    fitting = [rate for rate in range(1, physics_rate + 1) if physics_rate % rate == 0]
+    near = sorted(sorted(fitting, key=lambda rate: abs(rate - control_rate))[:2])
+    raise Refusal(f'control_rate {control_rate} Hz does not divide physics_rate {physics_rate} '
+                  f'Hz; use {" or ".join(map(str, near))}')

@@ -1,0 +1,133 @@
+"""The moving body: PyBullet, what is added to it, the stops, one physics step at a time."""
+
+import numpy as np
+
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.sim.bullet_arm import BulletArm
+from ur5_ros.sim.payload import loaded_arm
+from ur5_ros.sim.scheme import Effects, Joints, engine_torque
+
+#: Beyond this a state is not believed: no arm moves so fast or turns so far [rad, rad/s].
+_RUNAWAY = 1e6
+_NOBODY = np.zeros(6, dtype=bool)
+
+
+class Mechanics:
+    """
+    Joint state and what moves it.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        The arm.
+    step_time : float
+        Length h of a physics step [s].
+    gui : bool
+        Open PyBullet's window.
+
+    """
+
+    def __init__(self, arm: ArmParameters, step_time: float, gui: bool):
+        self.arm = arm
+        self.step_time = step_time
+        self.bullet = BulletArm(arm, arm.gravity, step_time, gui)
+        limits = arm.limits
+        self._low = np.concatenate([limits.lower, -limits.velocity])
+        self._high = np.concatenate([limits.upper, limits.velocity])
+        self._load = (0.0, [0.0, 0.0, 0.0], arm.gravity.tolist())
+        self.joints = Joints([0.0] * 6, [0.0] * 6)
+
+    def hang(self, mass: float, com: list[float], gravity: list[float]) -> None:
+        """
+        Load the tool with a further point mass and set gravity; the joint state stays.
+
+        Parameters
+        ----------
+        mass : float
+            Mass that the arm record does not declare [kg].
+        com : list of float
+            Where, in ``tool0`` [m].
+        gravity : list of float
+            In ``base`` [m/s^2]; empty = the arm's.
+
+        """
+        load = (mass, list(com), list(gravity) or self.arm.gravity.tolist())
+        if load != self._load:
+            self._load = load
+            self.bullet.load(loaded_arm(self.arm, mass, com), load[2])
+            self.bullet.place(*self.joints)
+
+    def act(self, effects: Effects) -> None:
+        """Set what acts beside the bodies, gravity and the motors."""
+        self.effects = effects
+        self._plain = effects.none
+
+    def place(self, q: list[float], qd: list[float]) -> None:
+        """Put the joints there."""
+        self.joints = Joints(list(q), list(qd))
+        self.bullet.place(*self.joints)
+
+    def advance(self, effort: np.ndarray, tau: list[float]) -> tuple[np.ndarray, bool, np.ndarray]:
+        """
+        Take one physics step.
+
+        Parameters
+        ----------
+        effort : numpy.ndarray, shape (6,)
+            Torque of the motors [N m].
+        tau : list of float
+            The same as a list.
+
+        Returns
+        -------
+        values : numpy.ndarray, shape (12,)
+            q [rad], qd [rad/s].
+        ordinary : bool
+            Whether no limit of position or velocity is in sight.
+        held : numpy.ndarray, shape (6,), bool
+            The joints that a stop held back.
+
+        Raises
+        ------
+        FloatingPointError
+            If the state ran away; the arm then rests where it was before the step.
+
+        """
+        before = self.joints
+        held = _NOBODY
+        if self._plain:
+            q, qd = self.bullet.advance(tau)
+            values = np.array(q + qd)
+            if np.minimum(np.maximum(values, self._low), self._high).tolist() == q + qd:
+                self.joints = Joints(q, qd)
+                return values, True, held
+            within = (self.arm.limits.lower <= values[:6]) & (values[:6] <= self.arm.limits.upper)
+            again = np.isfinite(values).all() and not within.all()
+        if not self._plain or again:
+            if self._plain:
+                self.bullet.place(*before)
+            torque, held = engine_torque(self.bullet, before, effort, self.effects, self.step_time)
+            q, qd = self.bullet.advance(torque)
+            values = np.array(q + qd)
+        if not np.abs(values).max() < _RUNAWAY:  # NaN is not less either
+            self.place(before.q, [0.0] * 6)
+            raise FloatingPointError('the state of the arm ran away')
+        self.joints = Joints(q, qd)
+        return values, False, held
+
+    def values(self) -> np.ndarray:
+        """Return q and qd in one array, shape (12,)."""
+        return np.array(self.joints.q + self.joints.qd)
+
+    def declared_gravity(self, q: list[float]) -> np.ndarray:
+        """Return g(q) of the arm record and its declared payload, in its own gravity [N m]."""
+        mass, com, gravity = self._load
+        own = self.arm.gravity.tolist()
+        if gravity != own:
+            self.bullet.set_gravity(own)
+        tau = self.bullet.bias(q)
+        if gravity != own:
+            self.bullet.set_gravity(gravity)
+        if mass > 0.0:
+            tau = tau + mass * (self.bullet.jacobian(q, com)[:3].T @ self.arm.gravity)
+        return tau
