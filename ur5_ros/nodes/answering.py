@@ -12,7 +12,7 @@ from ur5_ros.nodes.control_topics import ControlOutputs
 from ur5_ros.nodes.diagnostics import ERROR, OK, STALE, WARN
 from ur5_ros.nodes.messages import StateReader
 from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.nodes.poses import position_and_quaternion
+from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 
@@ -134,7 +134,7 @@ class Answering:
         return level, self._answer.status, {'limited': self._answer.limited}
 
     def _find_rate(self, stamp: int) -> None:
-        """Take the control rate from state 1, whose stamp is one period; plan again if it differs."""
+        """Take the rate from state 1, whose stamp is one period; plan again if it differs."""
         self.first_at = self.first_at or time.monotonic()
         rate = round(1e9 / stamp) if stamp > 0 else 0
         if not 1 <= rate <= 10_000 or stamp_of_period(1, rate) != stamp:
