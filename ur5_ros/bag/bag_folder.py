@@ -65,7 +65,7 @@ class BagFolder:
         self.folder = folder
         self.topics: list[Topic] = []
         self.written = 0
-        """Messages in all files so far."""
+        """Messages handed to the disk so far."""
         self._name = name
         self._description = dict(description)
         self._max_duration = max_duration
@@ -153,6 +153,11 @@ class BagFolder:
         self._close_file()
         write_metadata(self.folder, describe_bag(self._files, self._entries(self._counts),
                                                  self._description))
+
+    @property
+    def kept(self) -> int:
+        """Messages in files that are still there."""
+        return self.written - (sum(self._file.counts.values()) if self._file.removed else 0)
 
     def abandon(self) -> None:
         """Leave the open file with its last whole record, unfinished."""

@@ -231,4 +231,4 @@ def _write_single(out: bytearray, field: Field, value: Any, definitions: Definit
         _align(out, 4)
         out += len(data).to_bytes(4, 'little') + data
     else:
-        _write_numbers(out, PRIMITIVES[field.base], [value or 0])
+        _write_numbers(out, PRIMITIVES[field.base], [0 if value is None else value])

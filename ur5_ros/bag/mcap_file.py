@@ -1,5 +1,6 @@
 """One MCAP file, written: chunks, their indexes, the summary."""
 
+import errno
 import os
 import zlib
 from collections.abc import Mapping, Sequence
@@ -46,6 +47,8 @@ class McapFile:
         self.start: int | None = None
         """Smallest log time [ns], None while there is no message."""
         self.end = 0
+        self.removed = False
+        """Whether somebody has deleted the file."""
         self._crc = 0
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
@@ -58,6 +61,9 @@ class McapFile:
 
     def _write(self, data: bytes) -> None:
         """Write all of ``data``; only then does it count."""
+        if os.fstat(self._file).st_nlink == 0:
+            self.removed = True
+            raise FileNotFoundError(errno.ENOENT, 'the file was deleted')
         left = memoryview(data)
         while left:
             left = left[os.write(self._file, left):]

@@ -23,6 +23,9 @@ FLUSH_PERIOD = 0.04
 #: Messages that may wait for the disk; beyond it they are dropped and counted.
 MAX_WAITING = 200_000
 
+#: Largest message [bytes]: its chunk is still read.
+MAX_MESSAGE = MAX_RECORD // 2
+
 #: Largest time of MCAP [ns].
 MAX_TIME = 2**64 - 1
 
@@ -60,7 +63,8 @@ class BagWriter:
         self._waiting: list[Message] = []
         self._notes: list[tuple[str, dict[str, str]]] = []
         self._schema_ids: dict[str, int] = {}
-        self._lost = 0
+        self._dropped = 0
+        self._taken = 0
         self._broken = False
         self._stop = threading.Event()
         self._lock = threading.Lock()
@@ -128,7 +132,8 @@ class BagWriter:
             waiting.append((topic, log_time,
                             log_time if publish_time is None else publish_time, data))
         else:
-            self._lose(1)
+            with self._lock:
+                self._dropped += 1
 
     def note(self, name: str, values: Mapping[str, Any]) -> None:
         """
@@ -147,7 +152,8 @@ class BagWriter:
     @property
     def lost(self) -> int:
         """Messages handed over that are in no file and never will be."""
-        return self._lost + (0 if self._thread.is_alive() else len(self._waiting))
+        waiting = 0 if self._thread.is_alive() else len(self._waiting)
+        return self._dropped + self._taken - self._bag.kept + waiting
 
     def close(self) -> None:
         """Write what waits, the summary and metadata.yaml; what is handed over later is lost."""
@@ -177,8 +183,7 @@ class BagWriter:
         del self._notes[:len(notes)]
         if messages and not self._broken:
             self._guard(self._write, messages)
-            messages = []
-        self._lose(len(messages))
+        self._taken += len(messages)
         for note in notes:
             if not self._broken:
                 self._guard(self._bag.note, *note)
@@ -187,29 +192,21 @@ class BagWriter:
         """Write messages, leaving out those that no file could hold."""
         before = self._bag.written
         try:
-            try:
-                self._bag.write(messages)
-            except (struct.error, TypeError, KeyError, OverflowError):
-                done = self._bag.written - before
-                self._bag.write([each for each in messages[done:] if self._is_sound(each)])
-        finally:
-            lost = len(messages) - (self._bag.written - before)
-            self._lose(lost)
-            if lost and self.failure is None:
-                self.failure = (f'bag {self.folder}: {lost} malformed messages were left out; '
-                                'times are whole nanoseconds, data are bytes')
+            self._bag.write(messages)
+        except (struct.error, TypeError, KeyError, OverflowError):
+            rest = messages[self._bag.written - before:]
+            sound = [message for message in rest if self._is_sound(message)]
+            self.failure = self.failure or (
+                f'bag {self.folder}: {len(rest) - len(sound)} malformed messages were left out; '
+                'times are whole nanoseconds, data are bytes')
+            self._bag.write(sound)
 
     def _is_sound(self, message: Message) -> bool:
         topic, log_time, publish_time, data = message
         return (type(topic) is int and 1 <= topic <= len(self._bag.topics)
                 and type(log_time) is int and 0 <= log_time <= MAX_TIME
                 and type(publish_time) is int and 0 <= publish_time <= MAX_TIME
-                and isinstance(data, (bytes, bytearray)) and len(data) < MAX_RECORD // 2)
-
-    def _lose(self, number: int) -> None:
-        if number:
-            with self._lock:
-                self._lost += number
+                and isinstance(data, (bytes, bytearray)) and len(data) <= MAX_MESSAGE)
 
     def _guard(self, action: Callable[..., None], *arguments: Any) -> None:
         """Do something to the disk; on the first error give the file up for good."""
