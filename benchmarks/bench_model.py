@@ -191,8 +191,9 @@ def main() -> int:
     print(f'| ours ({options.arm}) | peer | ours us | theirs us | ratio | bar | |\n'
           '|---|---|---|---|---|---|---|')
     for row in rows:
+        verdict = 'met' if row.ratio <= row.bar else 'MISSED'
         print(f'| {row.what} | {row.peer} | {row.ours_us:.3f} | {row.theirs_us:.3f} '
-              f'| {row.ratio:.3f} | {row.bar:.3g} | {"met" if row.ratio <= row.bar else "MISSED"} |')
+              f'| {row.ratio:.3f} | {row.bar:.3g} | {verdict} |')
     starts = [] if options.quick else start_up()
     for start in starts:
         print(f'| {start["what"]} | | {start["seconds"]:.2f} s | | | {start["bar"]} s '

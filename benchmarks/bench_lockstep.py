@@ -1,0 +1,64 @@
+"""The closed loop of two nodes against what the middleware allows, measured side by side."""
+
+import argparse
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from ping_pong import measure
+from side_by_side import Row, interleave, publish, ratio
+
+from ur5_ros.bag.reader import open_bag
+from ur5_ros.loop.plan import plan_run
+from ur5_ros.loop.two_nodes import run_two_nodes
+
+TRIPS = 5000
+REPEATS = 5
+
+
+def lockstep(seconds: float, control_rate: int = 1000, pinned: bool = True) -> float:
+    """Return periods a wall-clock second of a run of the paper's experiment, recording on."""
+    if pinned:
+        os.environ.pop('UR5_ROS_CORE', None)
+    else:
+        os.environ['UR5_ROS_CORE'] = ''
+    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
+        run_two_nodes(plan_run(duration=seconds, control_rate=control_rate), Path(folder))
+        times = np.sort(open_bag(Path(folder) / 'sim').columns('/joint_states').log_time)
+    times = times[len(times) // 10:]  # discovery and the resent copies of state 1
+    return float((len(times) - 1) / ((times[-1] - times[0]) * 1e-9))
+
+
+def main() -> None:
+    """Measure and keep the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--repeats', type=int, default=REPEATS)
+    options = parser.parse_args()
+    core = max(os.sched_getaffinity(0))
+    figures = interleave({
+        'loop': lambda: lockstep(10.0),
+        'loop on two cores': lambda: lockstep(10.0, pinned=False),
+        'executor': lambda: measure('executor', TRIPS)['per_second'],
+        'wait set': lambda: measure('wait_set', TRIPS)['per_second'],
+        'wait set on one core': lambda: measure('wait_set', TRIPS, core)['per_second'],
+    }, options.repeats)
+    loop = 'lockstep periods a second, recording on'
+    detail = 'both processes on one core; reliable, keep last 1'
+    median = {name: float(np.median(values)) for name, values in figures.items()}
+    publish('lockstep', 'The loop of two nodes (1 kHz, the paper\'s experiment)', [
+        Row(loop, 'ping-pong, SingleThreadedExecutor, two cores (its best)',
+            ratio(figures, 'loop', 'executor'), 1.2, True, detail),
+        Row(loop, 'ping-pong, kept wait set, one core',
+            ratio(figures, 'loop', 'wait set on one core'), 0.75, True, detail),
+        Row(loop, 'ping-pong, kept wait set, two cores',
+            ratio(figures, 'loop', 'wait set'), 0.75, True, detail),
+        Row(loop + ', two cores', 'ping-pong, kept wait set, two cores',
+            ratio(figures, 'loop on two cores', 'wait set'), 0.75, True, 'not pinned'),
+        Row('simulated time per wall time at 1 kHz', 'real time', median['loop'] / 1000.0, 3.0,
+            True, detail),
+    ], {'per_second': figures, 'medians': median})
+
+
+if __name__ == '__main__':
+    main()
