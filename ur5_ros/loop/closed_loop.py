@@ -25,10 +25,11 @@ class LoopRun(NamedTuple):
     sim_arm: ArmParameters
     control_arm: ArmParameters
     states: list[ArmState]
-    """States as measured; one more than answers, as nobody answers the last one."""
+    """States as measured."""
     truths: list[ArmState] | None
     """Exact states where noise or delay make them differ; None where they do not."""
     answers: list[Answer]
+    """The answer to each state; the last one comes when the plant has stopped."""
     events: list[Event]
 
 
@@ -68,7 +69,7 @@ def run_closed_loop(plan: Plan, folder: Path | None = None) -> LoopRun:
     finally:
         plant.close()
         if recording is not None:
-            recording.close()
+            recording.close('stop_after')
     return run
 
 
@@ -77,23 +78,19 @@ def _go_round(plant: Plant, controller: Controller, run: LoopRun, last: int,
     step, update = plant.step, controller.update
     keep_state, keep_answer = run.states.append, run.answers.append
     state = plant.state
-    for _ in range(last - 1):
+    for k in range(1, last + 1):
         keep_state(state)
         if run.truths is not None:
             run.truths.append(plant.truth)
         answer = update(state)
         keep_answer(answer)
         if recording is not None:
-            recording.period(state, plant.truth, answer)
-        state = step(answer.torque.total)
-        events = plant.drain_events()
-        if events:
-            _tell(events, run, recording)
-    keep_state(state)
-    if run.truths is not None:
-        run.truths.append(plant.truth)
-    if recording is not None:
-        recording.last_state(state, plant.truth)
+            recording.period(state, plant.truth, answer, acts=k < last)
+        if k < last:
+            state = step(answer.torque.total)
+            events = plant.drain_events()
+            if events:
+                _tell(events, run, recording)
 
 
 def _tell(events: list[Event], run: LoopRun, recording: LoopRecording | None) -> None:
@@ -116,8 +113,6 @@ def as_run(loop: LoopRun, name: str = 'loop') -> Run:
 
     """
     sim, control = loop.plan.sim, loop.plan.control
-    rows = len(loop.states)
-    command = _with_last([answer.torque.total for answer in loop.answers], rows)
     return Run(
         name=name,
         stamp=np.array([state.stamp for state in loop.states], dtype=np.int64),
@@ -125,11 +120,11 @@ def as_run(loop: LoopRun, name: str = 'loop') -> Run:
         control_rate=float(sim['control_rate']),
         physics_rate=float(sim['physics_rate']),
         truth=None if loop.truths is None else _stacked(loop.truths),
-        command=command,
+        command=np.array([answer.torque.total for answer in loop.answers]),
         reference=Reference(*(
-            _with_last([getattr(answer.reference, part) for answer in loop.answers], rows)
+            np.array([getattr(answer.reference, part) for answer in loop.answers])
             for part in Reference._fields)),
-        parts={part: _with_last([getattr(answer.torque, part) for answer in loop.answers], rows)
+        parts={part: np.array([getattr(answer.torque, part) for answer in loop.answers])
                for part in ('total', *series.PARTS)},
         sim=Side(sim['arm'], loop.sim_arm, sim),
         control=Side(control['arm'], loop.control_arm, control),
@@ -141,10 +136,3 @@ def as_run(loop: LoopRun, name: str = 'loop') -> Run:
 
 def _stacked(states: list[ArmState]) -> States:
     return States(*(np.array([state[part] for state in states]) for part in (1, 2, 3)))
-
-
-def _with_last(rows: list[np.ndarray], count: int) -> np.ndarray:
-    """Return the rows as an array of ``count`` of them, NaN for the last state's answer."""
-    full = np.full((count, 6), np.nan)
-    full[:len(rows)] = rows
-    return full

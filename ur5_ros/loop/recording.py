@@ -6,17 +6,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.bag.cdr import FixedJointState, FixedTrajectoryPoint, encode_clock, encode_string
+from ur5_ros.bag.cdr import (
+    FixedJointState,
+    FixedPose,
+    FixedTrajectoryPoint,
+    encode_clock,
+    encode_string,
+)
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.payload_hash import PayloadHash
+from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.status import status_array
 from ur5_ros.bag.writer import BagWriter
 from ur5_ros.config import arm_text, load_arm
 from ur5_ros.control.controller import Answer
 from ur5_ros.loop.plan import Plan
-from ur5_ros.signals import JOINT_NAMES, ArmState, Torque
+from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
 from ur5_ros.sim.events import Event
 from ur5_ros.sim.urdf import urdf_text
 
@@ -29,23 +37,39 @@ class _Topic(NamedTuple):
     depth: int = 1
 
 
+_JOINTS, _STATUS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
+_TEXT, _POSE = 'std_msgs/msg/String', 'geometry_msgs/msg/PoseStamped'
+_TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
+_KEPT = 'transient_local'
+
 _SIM = {
-    'joint_states': _Topic('/joint_states', 'sensor_msgs/msg/JointState'),
+    'joint_states': _Topic('/joint_states', _JOINTS),
     'clock': _Topic('/clock', 'rosgraph_msgs/msg/Clock', 'best_effort'),
-    'ground_truth': _Topic('/ur5_sim/ground_truth', 'sensor_msgs/msg/JointState'),
-    'events': _Topic('/ur5_sim/events', 'diagnostic_msgs/msg/DiagnosticArray', depth=100),
-    'run': _Topic('/ur5_sim/run', 'std_msgs/msg/String', durability='transient_local'),
-    'robot_description': _Topic('/robot_description', 'std_msgs/msg/String',
-                                durability='transient_local'),
-    'joint_command': _Topic('/joint_command', 'sensor_msgs/msg/JointState', 'best_effort',
-                            depth=10),
+    'ground_truth': _Topic('/ur5_sim/ground_truth', _JOINTS),
+    'events': _Topic('/ur5_sim/events', _STATUS, depth=100),
+    'diagnostics': _Topic('/diagnostics', _STATUS),
+    'run': _Topic('/ur5_sim/run', _TEXT, durability=_KEPT),
+    'robot_description': _Topic('/robot_description', _TEXT, durability=_KEPT),
+    'joint_command': _Topic('/joint_command', _JOINTS, 'best_effort', depth=10),
+    'forward_command': _Topic('/forward_effort_controller/commands',
+                              'std_msgs/msg/Float64MultiArray', 'best_effort', depth=10),
+    'external_wrench': _Topic('/ur5_sim/external_wrench', 'geometry_msgs/msg/WrenchStamped',
+                              'best_effort', depth=10),
 }
 _CONTROL = {
-    'joint_states': _Topic('/joint_states', 'sensor_msgs/msg/JointState', 'best_effort',
-                           depth=10),
-    'joint_command': _Topic('/joint_command', 'sensor_msgs/msg/JointState'),
-    'reference': _Topic('/ur5_control/reference', 'trajectory_msgs/msg/JointTrajectory'),
-    'torque_parts': _Topic('/ur5_control/torque_parts', 'sensor_msgs/msg/JointState'),
+    'joint_command': _Topic('/joint_command', _JOINTS),
+    'reference': _Topic('/ur5_control/reference', _TRAJECTORY),
+    'torque_parts': _Topic('/ur5_control/torque_parts', _JOINTS),
+    'error': _Topic('/ur5_control/error', _JOINTS),
+    'tool_pose': _Topic('/ur5_control/tool_pose', _POSE),
+    'reference_pose': _Topic('/ur5_control/reference_pose', _POSE),
+    'diagnostics': _Topic('/diagnostics', _STATUS),
+    'target_joints': _Topic('/ur5_control/target_joints', _JOINTS, depth=10),
+    'target_pose': _Topic('/ur5_control/target_pose', _POSE, depth=10),
+    'joint_trajectory': _Topic('/ur5_control/joint_trajectory', _TRAJECTORY, depth=10),
+    'path': _Topic('/ur5_control/path', 'nav_msgs/msg/Path', depth=10),
+    'joint_states': _Topic('/joint_states', _JOINTS, 'best_effort', depth=10),
+    'run': _Topic('/ur5_sim/run', _TEXT, durability=_KEPT),
 }
 
 
@@ -75,70 +99,86 @@ class LoopRecording:
         self._reference = FixedTrajectoryPoint(names)
         self._parts = FixedJointState(
             [f'{part}/{name}' for part in Torque._fields for name in names], fields=('effort',))
-        self._hashes = {'joint_states': PayloadHash(self._state),
-                        'joint_command': PayloadHash(self._command)}
+        self._error = FixedJointState(names, fields=('position', 'velocity'))
+        self._pose = FixedPose(prefix + 'base')
         self._exact = not (plan.sim['noise.position'] or plan.sim['noise.velocity']
                            or plan.sim['delay.state_periods'])
-        self._arm_name = plan.sim['arm']
+        sim_arm, self._arm = load_arm(plan.sim['arm']), load_arm(plan.control['arm'])
+        self._arm_name = sim_arm.name
+        rate = plan.control['monitor_rate']
+        self._monitor_period, self._monitored = round(1e9 / rate) if rate else 0, -1
         run = folder.name
-        self._sim = _Bag('sim', run, folder, plan.sim, _SIM)
-        self._control = _Bag('control', run, folder, plan.control, _CONTROL)
+        self._sim = _Bag('sim', run, folder, plan.sim, sim_arm.name, _SIM, self._state,
+                         self._command)
+        self._control = _Bag('control', run, folder, plan.control, self._arm.name, _CONTROL,
+                             self._state, self._command)
         self._sim.write('run', encode_string(run))
-        self._sim.write('robot_description',
-                        encode_string(urdf_text(load_arm(plan.sim['arm']), prefix)))
-        self._periods = 0
+        self._control.write('run', encode_string(run))
+        self._sim.write('robot_description', encode_string(urdf_text(sim_arm, prefix)))
 
-    def period(self, state: ArmState, truth: ArmState, answer: Answer) -> None:
-        """Record a state and the answer to it."""
-        data = self._write_state(state, truth)
-        control = self._control
-        control.write('joint_states', data)
+    def period(self, state: ArmState, truth: ArmState, answer: Answer, acts: bool = True) -> None:
+        """
+        Record a state and the answer to it.
+
+        Parameters
+        ----------
+        state, truth : ArmState
+            As measured, and as it is.
+        answer : Answer
+            What the law says.
+        acts : bool, optional
+            Whether the plant hears it; the last answer of a run comes when it has ended.
+
+        """
         stamp, torque, reference = state.stamp, answer.torque, answer.reference
+        sim, control = self._sim, self._control
+        data = self._state.encode(*state)
+        sim.write('clock', encode_clock(stamp))
+        sim.hashed('joint_states', data)
+        if not self._exact:
+            sim.write('ground_truth', self._state.encode(*truth))
+        control.hashed('joint_states', data)
         data = self._command.encode(stamp, (), (), torque.total)
-        self._sim.write('joint_command', data)
-        control.write('joint_command', data)
-        self._hashes['joint_command'].add(data)
+        if acts:
+            sim.hashed('joint_command', data)
+        control.hashed('joint_command', data)
         control.write('reference', self._reference.encode(
             stamp, *reference, torque.total - torque.feedback))
         control.write('torque_parts', self._parts.encode(stamp, (), (), np.concatenate(torque)))
-
-    def last_state(self, state: ArmState, truth: ArmState) -> None:
-        """Record the state that nobody answers any more."""
-        self._control.write('joint_states', self._write_state(state, truth))
+        if self._monitor_period and stamp // self._monitor_period != self._monitored:
+            self._monitored = stamp // self._monitor_period
+            self._monitor(state, reference)
 
     def event(self, event: Event) -> None:
         """Record an event of the plant."""
         self._sim.write('events', status_array(event.stamp, event.kind, event.message,
                                                self._arm_name, event.values))
 
-    def close(self) -> None:
+    def close(self, reason: str) -> None:
         """Write the summaries and end both bags."""
-        summary = {
-            'hashes': {name: found.hexdigest() for name, found in self._hashes.items()},
-            'periods': self._periods, 'lockstep_fired': False, 'publishers_conflict': False,
-            'reason': 'the end of the loop',
-        }
-        self._sim.close(summary)
-        self._control.close(summary)
+        self._sim.close(reason)
+        self._control.close(reason)
 
-    def _write_state(self, state: ArmState, truth: ArmState) -> bytes:
-        data = self._state.encode(*state)
-        self._sim.write('clock', encode_clock(state.stamp))
-        self._sim.write('joint_states', data)
-        if not self._exact:
-            self._sim.write('ground_truth', self._state.encode(*truth))
-        self._hashes['joint_states'].add(data)
-        self._periods += 1
-        return data
+    def _monitor(self, state: ArmState, reference: Reference) -> None:
+        q = np.stack([state.q, reference.q]) + self._arm.angle_offset
+        tool, wanted = forward_kinematics(q, self._arm)
+        write = self._control.write
+        write('error', self._error.encode(state.stamp, state.q - reference.q,
+                                          state.qd - reference.qd))
+        write('tool_pose', self._pose.encode(state.stamp, *position_and_quaternion(tool)))
+        write('reference_pose', self._pose.encode(state.stamp, *position_and_quaternion(wanted)))
 
 
 class _Bag:
     """One side's bag, its topics by role."""
 
     def __init__(self, node: str, run: str, folder: Path, parameters: dict[str, Any],
-                 topics: dict[str, _Topic]) -> None:
+                 arm_name: str, topics: dict[str, _Topic], state: FixedJointState,
+                 command: FixedJointState) -> None:
+        self._run = run
+        self._hashes = {'joint_states': PayloadHash(state), 'joint_command': PayloadHash(command)}
         self._writer = BagWriter(folder / node, describe(
-            node, run, parameters['arm'], arm_text(parameters['arm']), parameters,
+            node, run, arm_name, arm_text(parameters['arm']), parameters,
             {role: topic.name for role, topic in topics.items()}, fingerprint()))
         self._ids = {
             role: self._writer.topic(topic.name, topic.type, qos_profile(
@@ -149,6 +189,13 @@ class _Bag:
     def write(self, role: str, data: bytes) -> None:
         self._writer.write(self._ids[role], time.monotonic_ns() + self._offset, data)
 
-    def close(self, summary: dict[str, Any]) -> None:
-        self._writer.note('summary', summary)
+    def hashed(self, role: str, data: bytes) -> None:
+        self.write(role, data)
+        self._hashes[role].add(data)
+
+    def close(self, reason: str) -> None:
+        self._writer.note('summary', {
+            'reason': reason, 'run': self._run,
+            'hashes': {role: found.hexdigest() for role, found in self._hashes.items()},
+            'periods': self._hashes['joint_states'].count, 'counters': {}})
         self._writer.close()

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.bag_growth import BagGrowth
 from ur5_ros.loop.plan import Plan
@@ -13,6 +14,8 @@ from ur5_ros.loop.processes import GRACE, NodeProcesses, last_core
 
 #: Wall-clock time without a new state after which a run is given up [s].
 PATIENCE = 120.0
+
+_DEFAULTS = {'sim': complete(SIM_PARAMETERS, {}), 'control': complete(CONTROL_PARAMETERS, {})}
 
 _NODES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
 
@@ -51,7 +54,9 @@ def run_two_nodes(
             nodes.environment.setdefault('UR5_ROS_CORE', str(last_core()))
         for name, module in _NODES.items():
             bag = str((folder / name).absolute())
-            nodes.start(name, module, {**parameters[name], 'bag': bag})
+            given = {key: value for key, value in parameters[name].items()
+                     if value != _DEFAULTS[name][key]}
+            nodes.start(name, module, {**given, 'bag': bag})
         try:
             seconds = _watch(nodes, BagGrowth(folder / 'sim'), plan, progress)
             for name in _NODES:
@@ -60,8 +65,8 @@ def run_two_nodes(
                     raise Refusal(f'{name}_node ended with code {code}: '
                                   f'{nodes.last_words(name)}')
         finally:
-            for log in Path(logs).glob('*.log'):
-                shutil.copy(log, folder)
+            for name in _NODES:
+                shutil.copy(Path(logs) / f'{name}.log', folder)
     return seconds
 
 

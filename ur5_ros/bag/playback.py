@@ -1,0 +1,116 @@
+"""What a replay sends and when: the messages of a run's bags on one line of simulated time."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.bag.columns import RawColumns
+from ur5_ros.bag.folder import bags_of_run
+from ur5_ros.bag.reader import Bag, open_bag
+from ur5_ros.errors import Refusal
+
+_STAMPED = 'sensor_msgs/msg/JointState'
+
+
+class Playback(NamedTuple):
+    """Messages in the order in which they are sent."""
+
+    types: dict[str, str]
+    """Topic to type of everything that is sent."""
+    messages: list[RawColumns]
+    """The messages of each topic."""
+    time: np.ndarray
+    """When each message is due, since the beginning of the run [ns], shape (n,)."""
+    topic: np.ndarray
+    """Index into ``types`` of each message, shape (n,)."""
+    row: np.ndarray
+    """Which message of its topic, shape (n,)."""
+
+    def data(self, i: int) -> bytes:
+        """Return message ``i`` as CDR bytes."""
+        messages, row = self.messages[self.topic[i]], self.row[i]
+        return messages.data[messages.offsets[row]:messages.offsets[row + 1]].tobytes()
+
+
+def load_playback(
+    run: Path, topics: list[str] | None = None, start: float = 0.0, stop: float | None = None,
+    clock: bool = True,
+) -> Playback:
+    """
+    Return what a run's bags hold, in simulated time where they tell it.
+
+    A topic that stands in several bags (one node's output is the other's input) is taken from the
+    first one.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder or bag.
+    topics : list of str, optional
+        Only these; all if not given.
+    start, stop : float, optional
+        Part of the run [s].
+    clock : bool, optional
+        Send ``/clock`` as well.
+
+    Raises
+    ------
+    Refusal
+        If there is no bag or no such topic, or nothing lies between start and stop.
+
+    """
+    found: dict[str, RawColumns] = {}
+    types: dict[str, str] = {}
+    due: dict[str, np.ndarray] = {}
+    for folder in bags_of_run(run):
+        bag = open_bag(folder)
+        named = {topic: kind for topic, kind in bag.topics.items() if topic not in types
+                 and (topics is None or topic in topics) and (clock or topic != '/clock')}
+        simulated = _clock_of(bag)
+        for topic, kind in named.items():
+            columns = bag.columns(topic)
+            if len(columns.log_time):
+                types[topic], found[topic] = kind, columns
+                due[topic] = simulated(columns.log_time)
+    for topic in topics or ():
+        if topic not in types:
+    XX
+    if not types:
+        raise Refusal(f'{run}: no message to send; give a run with messages in it')
+    return _in_order(types, found, due, start, stop, run)
+
+
+def _in_order(
+    types: dict[str, str], found: dict[str, RawColumns], due: dict[str, np.ndarray],
+    start: float, stop: float | None, run: Path,
+) -> Playback:
+    time = np.concatenate([due[topic] for topic in types])
+    log_time = np.concatenate([found[topic].log_time for topic in types])
+    number = np.concatenate([np.full(len(due[topic]), i) for i, topic in enumerate(types)])
+    row = np.concatenate([np.arange(len(due[topic])) for topic in types])
+    time = time - time.min()
+    order = np.lexsort((log_time, time))
+    low, high = start * 1e9, np.inf if stop is None else stop * 1e9
+    order = order[(time[order] >= low) & (time[order] <= high)]
+    if not len(order):
+        raise Refusal(f'{run}: no message between {start:g} s and {high * 1e-9:g} s; it is '
+                      f'{time.max() * 1e-9:.3f} s long')
+    return Playback(types, list(found.values()), time[order] - time[order[0]], number[order],
+                    row[order])
+
+
+def _clock_of(bag: Bag) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the function from log time to simulated time: the newest state's stamp."""
+    names = [topic for topic, kind in bag.topics.items()
+             if kind == _STAMPED and topic.endswith('joint_states')]
+    states = bag.joint_states(names[0]) if names else None
+    if states is None or not len(states.stamp) or (np.diff(states.stamp) < 0).any():
+        return lambda log_time: log_time
+
+    def simulated(log_time: np.ndarray) -> np.ndarray:
+        at = np.searchsorted(states.log_time, log_time, side='right') - 1
+        return states.stamp[np.maximum(at, 0)]
+
+    return simulated

@@ -1,0 +1,97 @@
+"""A recording onto its topics: ``ur5 replay``."""
+
+import importlib
+import time
+from collections.abc import Callable
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+
+from ur5_ros.bag.playback import Playback
+from ur5_ros.errors import Refusal
+
+#: Wall-clock time that subscribers get to find the topics before the first message [s].
+DISCOVERY = 1.0
+
+#: Topics of which late joiners get the last message too.
+_KEPT = ('std_msgs/msg/String',)
+
+
+def replay(
+    playback: Playback, rate: float, loop: bool,
+    progress: Callable[[float], None] = lambda seconds: None,
+) -> int:
+    """
+    Publish a recording.
+
+    Parameters
+    ----------
+    playback : Playback
+        What and when.
+    rate : float
+        Simulated per wall time; more than zero.
+    loop : bool
+        Start again at the end, until interrupted.
+    progress : callable, optional
+        Is told the simulated time [s] about ten times a second.
+
+    Returns
+    -------
+    int
+        Messages sent.
+
+    Raises
+    ------
+    Refusal
+        If a message type is not installed.
+
+    """
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = Node('ur5_replay', enable_rosout=False, start_parameter_services=False)
+        publishers = [_publisher(node, topic, kind) for topic, kind in playback.types.items()]
+        _wait_for_subscribers(node, list(playback.types))
+        sent = _once(playback, publishers, rate, progress)
+        while loop:
+            sent += _once(playback, publishers, rate, progress)
+    finally:
+        rclpy.try_shutdown()
+    return sent
+
+
+def _once(playback: Playback, publishers: list[Callable[[bytes], None]], rate: float,
+          progress: Callable[[float], None]) -> int:
+    began = told = time.monotonic()
+    due = (playback.time * (1e-9 / rate)).tolist()
+    topics = playback.topic.tolist()
+    for i, seconds in enumerate(due):
+        now = time.monotonic()
+        if began + seconds > now:
+            time.sleep(began + seconds - now)
+        publishers[topics[i]](playback.data(i))
+        if now - told > 0.1:
+            told = now
+            progress(seconds * rate)
+    return len(due)
+
+
+def _publisher(node: Node, topic: str, kind: str) -> Callable[[bytes], None]:
+    package, _, name = kind.split('/')
+    try:
+        message_type = getattr(importlib.import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError):
+        raise Refusal(f'message type {kind} of topic {topic} is not installed; leave the topic '
+                      'out with --topics') from None
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if kind in _KEPT else DurabilityPolicy.VOLATILE
+    qos = QoSProfile(depth=100, durability=durability)
+    return node.create_publisher(message_type, topic, qos).publish
+
+
+def _wait_for_subscribers(node: Node, topics: list[str]) -> None:
+    end = time.monotonic() + DISCOVERY
+    while time.monotonic() < end:
+        if all(node.count_subscribers(topic) for topic in topics):
+            return
+        time.sleep(0.02)
