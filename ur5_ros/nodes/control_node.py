@@ -23,7 +23,7 @@ from ur5_ros.nodes.messages import MOST_BYTES, read_message
 from ur5_ros.nodes.parameters import check_files, declare
 from ur5_ros.nodes.process import DONE, LOSS, freeze_garbage, run_node
 from ur5_ros.nodes.recording import Recording
-from ur5_ros.nodes.serving import LoopRequests, Serving
+from ur5_ros.nodes.serving import LoopRequests
 from ur5_ros.nodes.shutdown import StopRequest
 from ur5_ros.nodes.topics import HOT, KEPT, Topics, make_loop
 
@@ -78,7 +78,8 @@ class ControlNode:
         self._first_state_at = 0.0
         self._every_second = EverySecond()
         offer_services(self.node, self)
-        self._serving = Serving(self.node)
+        loop.start()
+        self._loop = loop
 
     def run(self) -> int:
         """Answer states until asked to end; return the exit code."""
@@ -152,7 +153,7 @@ class ControlNode:
 
     def _end(self) -> int:
         self.requests.close()
-        self._serving.close()
+        self._loop.close()
         if self.recording.where and not self.recording.is_open and self.answering.first_at:
             self._open_bag(new_run_name())
         self._close_bag(self._stop.reason)

@@ -1,42 +1,46 @@
 """The plain twin of the hot loop: message objects from rclpy's own executor, the same bits."""
 
+import traceback
 from collections.abc import Callable
-from queue import Empty, SimpleQueue
 from typing import Any
 
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import deserialize_message
 
+from ur5_ros.bag.codec import encode
 from ur5_ros.nodes.hot_loop import Message
+from ur5_ros.nodes.messages import type_name
 
 
 class ExecutorLoop:
     """
     What :class:`~ur5_ros.nodes.hot_loop.WaitSetLoop` does, the way every rclpy program does it.
 
-    The executor that serves the node's services takes the messages too, as objects, and hands them
-    to the loop.
+    One executor in the loop's own thread takes messages, as objects, and serves the services.
 
     Parameters
     ----------
     node : rclpy.node.Node
-        The node that owns subscriptions and publishers.
+        The node that owns everything.
 
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
         self._count = 0
-        self._taken: SimpleQueue[Message | None] = SimpleQueue()
+        self._taken: list[Message] = []
+        self._executor = SingleThreadedExecutor(context=node.context)
 
     def subscribe(self, message_type: type, topic: str, qos: QoSProfile) -> int:
         """Subscribe; return the number under which messages come."""
         index = self._count
         self._count += 1
+        name = type_name(message_type)
 
         def receive(message: Any) -> None:
-            self._taken.put((index, serialize_message(message)))
+            self._taken.append((index, encode(name, plain(message))))
 
         self._node.create_subscription(message_type, topic, receive, qos)
         return index
@@ -48,14 +52,44 @@ class ExecutorLoop:
         publish = self._node.create_publisher(message_type, topic, qos).publish
         return lambda data: publish(deserialize_message(data, message_type))
 
+    def watch_service(self, service: Any) -> None:
+        """Do nothing: the loop looks after each wait whether a request has come."""
+
+    def start(self) -> None:
+        """Begin to take messages and to serve."""
+        self._executor.add_node(self._node)
+
     def wake(self) -> None:
         """End a wait early; any thread may call it."""
-        self._taken.put(None)
+        self._executor.wake()
 
     def wait(self, seconds: float) -> list[Message]:
-        """Wait for a message, a wake, or the time to pass; return the message if one came."""
+        """Wait for a message, a request, a wake, or the time to pass; return what came."""
         try:
-            taken = self._taken.get(timeout=seconds)
-        except Empty:
-            return []
-        return [] if taken is None else [taken]
+            self._executor.spin_once(timeout_sec=seconds)
+        except ExternalShutdownException:
+            raise
+        except Exception:  # a callback's error must not end the others
+            traceback.print_exc()
+        messages, self._taken = self._taken, []
+        return messages
+
+    def close(self) -> None:
+        """Serve no more."""
+        self._executor.remove_node(self._node)
+
+
+def plain(message: Any) -> Any:
+    """
+    Return a message object as nested dicts.
+
+    rclpy's ``serialize_message`` is no way to its bytes: it appends up to a dozen that are not the
+    message's, and leaves padding as it was in memory.
+
+    """
+    if hasattr(message, 'get_fields_and_field_types'):
+        return {name: plain(getattr(message, name))
+                for name in message.get_fields_and_field_types()}
+    if isinstance(message, list):
+        return [plain(item) for item in message]
+    return message

@@ -8,6 +8,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from ur5_ros.nodes.serving import Serving
+
 Message = tuple[int, bytes]
 
 
@@ -44,6 +46,8 @@ class WaitSetLoop:
         self._node = node
         self._group = ReservedGroup()
         self._subscriptions: list[Any] = []
+        self._services: list[Any] = []
+        self._serving: Serving | None = None
         self._guard = node.create_guard_condition(_nothing, self._group)
         self._wait_set: Any = None
 
@@ -58,6 +62,19 @@ class WaitSetLoop:
     ) -> Callable[[bytes], None]:
         """Return what publishes CDR bytes on a topic."""
         return self._node.create_publisher(message_type, topic, qos).handle.publish_raw
+
+    def watch_service(self, service: Any) -> None:
+        """Let a request to a service, which no executor serves, end a wait."""
+        self._services.append(service)
+
+    def start(self) -> None:
+        """Begin to serve everything else of the node, in a thread."""
+        self._serving = Serving(self._node)
+
+    def close(self) -> None:
+        """Serve no more."""
+        if self._serving is not None:
+            self._serving.close()
 
     def wake(self) -> None:
         """End a wait early; any thread may call it."""
@@ -83,6 +100,8 @@ class WaitSetLoop:
         wait_set.clear_entities()
         for handle in self._handles:
             wait_set.add_subscription(handle)
+        for handle in self._service_handles:
+            wait_set.add_service(handle)
         wait_set.add_guard_condition(self._guard_handle)
         wait_set.wait(int(seconds * 1e9))
         messages = []
@@ -98,9 +117,10 @@ class WaitSetLoop:
         self._takes = [each.take_message for each in self._handles]
         self._types = [each.msg_type for each in self._subscriptions]
         self._indices = range(len(self._handles))
+        self._service_handles = [each.handle for each in self._services]
         self._guard_handle = self._guard.handle
         self._wait_set = _rclpy.WaitSet(
-            len(self._handles), 1, 0, 0, 0, 0, self._node.context.handle)
+            len(self._handles), 1, 0, 0, len(self._services), 0, self._node.context.handle)
         return self._wait_set
 
 

@@ -1,4 +1,4 @@
-"""Messages to signals: bytes of a size that is judged first, joints matched by name, all finite."""
+"""Messages to signals: size judged first, joints matched by name, numbers finite."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,6 +20,11 @@ MOST_BYTES = {
     'trajectory_msgs/msg/JointTrajectory': 8_000_000,
     'nav_msgs/msg/Path': 4_000_000,
 }
+
+
+def type_name(message_type: type) -> str:
+    """Return ``package/msg/Name`` of a message class."""
+    return f'{message_type.__module__.partition(".")[0]}/msg/{message_type.__name__}'
 
 
 def read_message(type_name: str, data: bytes) -> dict[str, Any]:

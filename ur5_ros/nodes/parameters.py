@@ -1,6 +1,7 @@
 """Parameters as ROS knows them, from the declarations in :mod:`ur5_ros.config.parameters`."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -186,4 +187,4 @@ def _sections(data: Mapping[str, Any], above: str) -> Iterable[str]:
 
 
 def _parameter_files(arguments: Sequence[str]) -> list[str]:
-    return [after for before, after in zip(arguments, arguments[1:]) if before == '--params-file']
+    return [after for before, after in pairwise(arguments) if before == '--params-file']

@@ -6,8 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from ur5_ros.errors import Refusal
@@ -96,7 +95,7 @@ class Serving:
     """
 
     def __init__(self, node: Node) -> None:
-        self._executor = MultiThreadedExecutor(num_threads=3, context=node.context)
+        self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
         self._ending = False
         self._thread = threading.Thread(target=self._spin, name='serving', daemon=True)
@@ -145,4 +144,4 @@ def add_service(
             response.success, response.message = False, str(error)
         return response
 
-    node.create_service(service_type, name, handle, callback_group=ReentrantCallbackGroup())
+    node.create_service(service_type, name, handle)

@@ -1,4 +1,4 @@
-"""What the simulator hears: commands, wrenches, requests; the hostile refused, the rest handed on."""
+"""What the simulator hears: commands, wrenches, requests; the hostile refused."""
 
 from typing import Any
 
@@ -7,10 +7,10 @@ from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
+from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.errors import Refusal
 from ur5_ros.nodes.diagnostics import Refusals
 from ur5_ros.nodes.messages import EffortReader, read_message, six
-from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.serving import LoopRequests
 from ur5_ros.nodes.simulation import Simulation, push

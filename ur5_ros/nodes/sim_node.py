@@ -15,7 +15,6 @@ from ur5_ros.nodes.lockstep import InterimGate, Lockstep
 from ur5_ros.nodes.parameters import check_files, declare
 from ur5_ros.nodes.process import DONE, LOSS, freeze_garbage, run_node
 from ur5_ros.nodes.recording import Recording, run_of
-from ur5_ros.nodes.serving import Serving
 from ur5_ros.nodes.shutdown import StopRequest
 from ur5_ros.nodes.sim_inputs import SimInputs
 from ur5_ros.nodes.sim_topics import SimOutputs
@@ -62,7 +61,8 @@ class SimNode:
         self.outputs.introduce(self._run, urdf_text(plant.arm, parameters['tf_prefix']))
         self._pace = Lockstep(self.simulation, self.inputs)
         self._every_second = EverySecond()
-        self._serving = Serving(self.node)
+        loop.start()
+        self._loop = loop
 
     def run(self) -> int:
         """Simulate until the end; return the exit code."""
@@ -92,7 +92,7 @@ class SimNode:
         if self._stop.reason != 'stop_after':
             self.simulation.rest()
         self._report()
-        self._serving.close()
+        self._loop.close()
         self.recording.end({
             'reason': self._stop.reason, 'run': self._run,
             'hashes': {'joint_states': self.outputs.hash.hexdigest(),

@@ -8,6 +8,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from ur5_ros.nodes.executor_loop import ExecutorLoop
 from ur5_ros.nodes.hot_loop import WaitSetLoop
+from ur5_ros.nodes.messages import type_name
 from ur5_ros.nodes.recording import Recording
 
 #: States, commands and everything else that is published.
@@ -24,11 +25,6 @@ HOT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 HEARD = QoSProfile(depth=10)
 
 Send = Callable[[bytes], None]
-
-
-def type_name(message_type: type) -> str:
-    """Return ``package/msg/Name`` of a message class."""
-    return f'{message_type.__module__.partition(".")[0]}/msg/{message_type.__name__}'
 
 
 class Topics:

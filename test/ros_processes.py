@@ -1,0 +1,255 @@
+"""
+Nodes as processes for tests: a domain of their own, ended by pid whatever happens, nothing left.
+
+Use the fixture ``ros`` (test/nodes/conftest.py): it starts nodes, gives an observer in the same
+domain, and waits for conditions instead of sleeping.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from ur5_ros.loop.processes import _yaml, free_domain, private_environment
+
+SHARED_MEMORY = Path('/dev/shm')
+MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
+
+#: Wall time after which a condition that has not come true fails a test [s].
+PATIENCE = 60.0
+
+
+def wait_until(condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
+    """Return the first true value of ``condition()``; fail with ``what`` if none comes."""
+    end = time.monotonic() + seconds
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise AssertionError(f'waited {seconds:g} s in vain for: {what}')
+        time.sleep(0.01)
+
+
+class Process:
+    """A node as a child process."""
+
+    def __init__(self, command: list[str], folder: Path, log: Path,
+                 environment: Mapping[str, str]) -> None:
+        self.log = log
+        with open(log, 'wb') as out:
+            self.popen = subprocess.Popen(command, cwd=folder, env=dict(environment),
+                                          stdin=subprocess.DEVNULL, stdout=out,
+                                          stderr=subprocess.STDOUT)
+        self.pid = self.popen.pid
+
+    @property
+    def text(self) -> str:
+        """What it printed so far."""
+        return self.log.read_text(errors='replace')
+
+    def says(self, text: str, seconds: float = PATIENCE) -> None:
+        """Wait until it has printed ``text``."""
+        wait_until(lambda: text in self.text or self.popen.poll() is not None and 'ended',
+                   f'{text!r} from the node, which says: {self.text}', seconds)
+        assert text in self.text, f'ended without saying {text!r}: {self.text}'
+
+    def ends(self, seconds: float = PATIENCE) -> int:
+        """Wait for its end and return the exit code."""
+        try:
+            return self.popen.wait(seconds)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f'did not end within {seconds:g} s: {self.text}') from None
+
+    def stop(self, number: int = signal.SIGINT) -> int:
+        """Send a signal and return the exit code."""
+        self.popen.send_signal(number)
+        return self.ends()
+
+    def kill(self) -> None:
+        """End it at once."""
+        if self.popen.poll() is None:
+            self.popen.send_signal(signal.SIGCONT)
+            self.popen.kill()
+        self.popen.wait()
+
+
+class Ros:
+    """Processes and observers in one ROS domain."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.environment = private_environment() | {
+            'ROS_DOMAIN_ID': str(free_domain()), 'ROS_LOG_DIR': str(folder / 'ros_log')}
+        self.environment.pop('UR5_ROS_CORE', None)
+        self.domain = int(self.environment['ROS_DOMAIN_ID'])
+        self._processes: list[Process] = []
+        self._observers: list[Observer] = []
+
+    def start(
+        self, node: str, arguments: list[str] | None = None,
+        environment: Mapping[str, str] | None = None, namespace: str = '', **parameters: Any,
+    ) -> Process:
+        """
+        Start ``sim`` or ``control``; parameters with a dot in their name go by ``__``.
+
+        Parameters
+        ----------
+        node : str
+            ``'sim'`` or ``'control'``.
+        arguments : list of str, optional
+            More of the command line.
+        environment : mapping, optional
+            Variables set besides those of the domain.
+        namespace : str
+            ROS namespace.
+        **parameters
+            ROS parameters.
+
+        """
+        command = [sys.executable, '-m', MODULES[node], '--ros-args']
+        for name, value in parameters.items():
+            command += ['-p', f'{name.replace("__", ".")}:={_yaml(value)}']
+        if namespace:
+            command += ['-r', f'__ns:={namespace}']
+        return self.run(command + (arguments or []), environment)
+
+    def run(self, command: list[str], environment: Mapping[str, str] | None = None) -> Process:
+        """Start any program in this domain."""
+        log = self.folder / f'process_{len(self._processes)}.log'
+        process = Process(command, self.folder, log, self.environment | dict(environment or {}))
+        self._processes.append(process)
+        return process
+
+    def observer(self, name: str = 'observer') -> 'Observer':
+        """Return a node of this process in the domain."""
+        observer = Observer(name, self.domain)
+        self._observers.append(observer)
+        return observer
+
+    def bag(self, node: str) -> Path:
+        """Return the only bag of a node below the working folder of the processes."""
+        found = sorted((self.folder / 'bags').glob(f'*/{node}'))
+        assert len(found) == 1, f'{len(found)} bags of {node}: {found}'
+        return found[0]
+
+    def close(self) -> None:
+        """End everything."""
+        for observer in self._observers:
+            observer.close()
+        for process in self._processes:
+            process.kill()
+
+
+class Observer:
+    """A node in this process that collects what it hears; its executor spins in a thread."""
+
+    def __init__(self, name: str, domain: int) -> None:
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self.node = Node(name, context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._ending = False
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def hear(self, message_type: type, topic: str, kept: bool = False,
+             react: Callable[[Any], None] | None = None) -> list[Any]:
+        """Return a list that fills with the messages of a topic."""
+        heard: list[Any] = []
+
+        def take(message: Any) -> None:
+            heard.append(message)
+            if react is not None:
+                react(message)
+
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE
+        qos = QoSProfile(depth=1000, durability=durability,
+                         reliability=ReliabilityPolicy.RELIABLE
+                         if topic != '/clock' else ReliabilityPolicy.BEST_EFFORT)
+        self.node.create_subscription(message_type, topic, take, qos)
+        return heard
+
+    def publisher(self, message_type: type, topic: str, subscribers: int = 1) -> Any:
+        """Return a publisher that somebody already hears."""
+        publisher = self.node.create_publisher(message_type, topic, 10)
+        wait_until(lambda: publisher.get_subscription_count() >= subscribers,
+                   f'a subscriber of {topic}')
+        return publisher
+
+    def call(self, service_type: type, name: str, request: Any = None,
+             seconds: float = PATIENCE) -> Any:
+        """Call a service and return its response."""
+        future = self.call_async(service_type, name, request)
+        wait_until(future.done, f'an answer from {name}', seconds)
+        return future.result()
+
+    def call_async(self, service_type: type, name: str, request: Any = None) -> Any:
+        """Call a service and return the future of its response."""
+        client = self.node.create_client(service_type, name)
+        wait_until(client.service_is_ready, f'service {name}')
+        return client.call_async(request if request is not None else service_type.Request())
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._ending = True
+        self._executor.wake()
+        self._thread.join(5.0)
+        self.node.destroy_node()
+        self._context.try_shutdown()
+
+    def _spin(self) -> None:
+        while not self._ending:
+            self._executor.spin_once(timeout_sec=0.2)
+
+
+@contextmanager
+def ros_domain(folder: Path) -> Iterator[Ros]:
+    """Give a domain of its own and leave nothing behind."""
+    began = time.time() - 1.0
+    ros = Ros(folder)
+    profile = {'FASTRTPS_DEFAULT_PROFILES_FILE':
+               ros.environment['FASTRTPS_DEFAULT_PROFILES_FILE']}
+    os.environ.update(profile)
+    try:
+        yield ros
+    finally:
+        ros.close()
+        clean_shared_memory(began)
+
+
+def clean_shared_memory(since: float) -> None:
+    """Remove what Fast DDS made since then and no living process has mapped."""
+    files = [file for pattern in ('fastrtps_*', 'sem.fastrtps_*')
+             for file in SHARED_MEMORY.glob(pattern)]
+    mapped = _mapped_files()
+    for file in files:
+        try:
+            if file.stat().st_ctime >= since and str(file) not in mapped:
+                file.unlink()
+        except OSError:
+            continue  # somebody else was quicker, or owns it
+
+
+def _mapped_files() -> set[str]:
+    mapped = set()
+    for maps in Path('/proc').glob('[0-9]*/maps'):
+        try:
+            lines = maps.read_text().splitlines()
+        except OSError:
+            continue
+        mapped.update(line.split(maxsplit=5)[5] for line in lines if '/dev/shm/' in line)
+    return mapped
