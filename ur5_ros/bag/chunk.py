@@ -23,6 +23,9 @@ from ur5_ros.bag.problem import BagProblem
 #: Size at which a chunk is closed [bytes before compression]: one LZ4 block.
 CHUNK_SIZE = 64 << 10
 
+#: Largest message that is written [bytes]: its chunk can still be read.
+MAX_MESSAGE = MAX_RECORD // 2
+
 #: (channel, log time [ns], publish time [ns], data)
 Message = tuple[int, int, int, bytes]
 
@@ -47,10 +50,20 @@ class PackedChunk(NamedTuple):
 
 
 def cut(messages: Sequence[Message], size: int = CHUNK_SIZE) -> Iterator[Sequence[Message]]:
-    """Yield runs of messages of at most ``size`` bytes, or of one message that is larger."""
+    """
+    Yield runs of messages of at most ``size`` bytes, or of one message that is larger.
+
+    Raises
+    ------
+    OverflowError
+        At a message that is larger than MAX_MESSAGE.
+
+    """
     begin = used = 0
     for at, message in enumerate(messages):
         length = len(message[3]) + MESSAGE.size
+        if length > MAX_MESSAGE:
+            raise OverflowError(f'a message of {length} bytes; at most {MAX_MESSAGE} are written')
         if used + length > size and used:
             yield messages[begin:at]
             begin, used = at, 0

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.bag.bag_folder import BagFolder, make_topic
-from ur5_ros.bag.chunk import Message
-from ur5_ros.bag.mcap_records import MAX_RECORD
+from ur5_ros.bag.chunk import MAX_MESSAGE, Message
+from ur5_ros.bag.mcap_records import MESSAGE
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.types import schema_text
 from ur5_ros.bag.types import type_hash as hash_of_type
@@ -22,9 +22,6 @@ FLUSH_PERIOD = 0.04
 
 #: Messages that may wait for the disk; beyond it they are dropped and counted.
 MAX_WAITING = 200_000
-
-#: Largest message [bytes]: its chunk is still read.
-MAX_MESSAGE = MAX_RECORD // 2
 
 #: Largest time of MCAP [ns].
 MAX_TIME = 2**64 - 1
@@ -206,7 +203,8 @@ class BagWriter:
         return (type(topic) is int and 1 <= topic <= len(self._bag.topics)
                 and type(log_time) is int and 0 <= log_time <= MAX_TIME
                 and type(publish_time) is int and 0 <= publish_time <= MAX_TIME
-                and isinstance(data, (bytes, bytearray)) and len(data) <= MAX_MESSAGE)
+                and isinstance(data, (bytes, bytearray))
+                and len(data) + MESSAGE.size <= MAX_MESSAGE)
 
     def _guard(self, action: Callable[..., None], *arguments: Any) -> None:
         """Do something to the disk; on the first error give the file up for good."""
