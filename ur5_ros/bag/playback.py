@@ -76,7 +76,8 @@ def load_playback(
                 due[topic] = simulated(columns.log_time)
     for topic in topics or ():
         if topic not in types:
-    XX
+            raise Refusal(f'{run}: nothing on topic {topic}; there is: '
+                          f'{", ".join(types)}')
     if not types:
         raise Refusal(f'{run}: no message to send; give a run with messages in it')
     return _in_order(types, found, due, start, stop, run)

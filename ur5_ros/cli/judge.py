@@ -1,9 +1,12 @@
 """Commands that judge bags: validate and compare."""
 
+import json as json_format
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ur5_ros.analysis.comparison import Difference
+from ur5_ros.analysis.comparison import compare as compare_runs
 from ur5_ros.analysis.report import write_html
 from ur5_ros.analysis.result import Result
 from ur5_ros.analysis.run import load_run
@@ -75,3 +78,39 @@ def _gain(option: str, text: str | None) -> list[float] | None:
     if len(values) not in (1, 6, 36):
         raise Refusal(f'{option} {text!r}: give 1, 6 or 36 numbers, separated by commas')
     return values
+
+
+def compare(run_a: Path, run_b: Path, json: Path | None) -> int:
+    """Compare two runs; see ``ur5 compare --help``."""
+    a, b = load_run(run_a), load_run(run_b)
+    found = compare_runs(a, b)
+    marks = load_marks()
+    verdicts = [validate_run(run, marks).verdict for run in (a, b)]
+    out = terminal.console()
+    for difference in found.differences:
+        out.print(_in_words(difference), soft_wrap=True)
+    for count, run in ((found.only_a, a), (found.only_b, b)):
+        if count:
+            out.print(f'{count} states only in {run.name}', soft_wrap=True)
+    for name, (left, right) in found.parameters.items():
+        out.print(f'{name}: {left} and {right}', soft_wrap=True, markup=False)
+    out.print(f'verdicts: {verdicts[0]} and {verdicts[1]}')
+    if found.identical:
+        out.print('the same run, to the last bit')
+    elif found.same:
+        out.print('the same run, within 1e-9, on another kind of machine')
+    else:
+        out.print('different runs')
+    if json is not None:
+        json.write_text(json_format.dumps(
+            {**found.to_dict(), 'verdicts': verdicts}, indent=2) + '\n', encoding='utf-8')
+    return YES if found.same else NO
+
+
+def _in_words(difference: Difference) -> str:
+    if not difference.different:
+        return f'{difference.quantity}: {difference.compared} rows equal to the last bit'
+    growth = ', '.join(f'{size:.2g} {when}' for when, size in difference.growth.items())
+    return (f'{difference.quantity}: {difference.different} of {difference.compared} rows differ, '
+            f'first at {difference.first_s:.9g} s ({difference.first_joint}), by at most '
+            f'{difference.largest:.3g} {difference.unit}; {growth}')

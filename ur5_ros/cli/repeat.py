@@ -6,7 +6,6 @@ from pathlib import Path
 
 from ur5_ros.analysis.run import load_run
 from ur5_ros.analysis.series import Run
-from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.loop.repeat import Repetition
 from ur5_ros.loop.repeat import recontrol as recontrolled

@@ -1,0 +1,40 @@
+"""Commands on bags: replay, import, recover."""
+
+from pathlib import Path
+
+from ur5_ros.cli.exit_codes import WITH_LOSS, YES
+from ur5_ros.errors import Refusal
+
+
+def replay(
+    run: Path, rate: float, topics: list[str] | None, loop: bool, start: float,
+    stop: float | None, clock: bool,
+) -> int:
+    """Publish a bag's messages; see ``ur5 replay --help``."""
+    from ur5_ros.bag.playback import load_playback
+    from ur5_ros.cli import terminal
+    if not 0.0 < rate < float('inf'):
+        raise Refusal(f'--rate {rate:g}; give more than zero, 1 is real time')
+    playback = load_playback(run, topics, start, stop, clock)
+    from ur5_ros.nodes.replay import replay as publish
+    with terminal.progress('replaying', float(playback.time[-1]) * 1e-9, 's') as advance:
+        sent = publish(playback, rate, loop, advance)
+    print(f'{sent} messages sent on {", ".join(playback.types)}')
+    return YES
+
+
+def recover(run: Path, out: Path | None) -> int:
+    """Mend a bag; exit 3 when something of it is lost for good."""
+    from ur5_ros.bag.recovery import recover as mend
+    found = mend(run, out)
+    for sentence in found.sentences():
+        print(sentence)
+    return YES if found.intact else WITH_LOSS
+
+
+def import_log(log: Path, out: Path, arm: str) -> int:
+    """Turn a robot's own log into a bag; see ``ur5 import --help``."""
+    from ur5_ros.analysis.robot_log import import_log as convert
+    for sentence in convert(log, out, arm):
+        print(sentence)
+    return YES
