@@ -13,7 +13,7 @@ import dask
 from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
 
 from ur5_ros.errors import Refusal
-from ur5_ros.loop.sweep_run import row_of
+from ur5_ros.loop.sweep_run import inputs_of, row_of
 from ur5_ros.loop.sweep_spec import RunSpec, SweepSpec, expand, number_of_runs
 from ur5_ros.loop.sweep_table import SweepFolder
 
@@ -100,7 +100,7 @@ def _rows(client: Client, spec: SweepSpec, done: set[int],
     threads = max(1, sum(client.nthreads().values()))
     futures = [submit(batch) for _ in range(AHEAD * threads)
                if (batch := list(islice(todo, size)))]
-    ended = as_completed(futures)
+    ended = as_completed(futures, loop=client.loop)
     for future in ended:
         runs = under_way.pop(future)
         if future.status in _LOST:
@@ -108,7 +108,7 @@ def _rows(client: Client, spec: SweepSpec, done: set[int],
         error = future.exception()
         if error is None:
             yield future.result()
-        elif isinstance(error, KilledWorker) and len(runs) > 1:
+        elif len(runs) > 1:  # find out which of them it was
             for run in runs:
                 ended.add(submit([run]))
         else:
@@ -120,7 +120,7 @@ def _rows(client: Client, spec: SweepSpec, done: set[int],
 
 def _lost_row(run: RunSpec, error: BaseException) -> dict[str, Any]:
     what = 'its worker died each time' if isinstance(error, KilledWorker) else repr(error)
-    return {'index': run.index, 'status': 'failed', 'success': False, 'why': what}
+    return inputs_of(run) | {'status': 'failed', 'success': False, 'why': what}
 
 
 @contextmanager

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.result import Result
-from ur5_ros.analysis.run import load_run
 from ur5_ros.analysis.series import Run
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config.validation import load_marks
@@ -83,7 +82,6 @@ def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
     """
     plan = plan_of(spec, run)
     folder = bags / f'{run.index:06d}' if bags is not None else None
-    row = {'index': run.index, **{key: _cell(value) for key, value in run.values.items()}}
     try:
         if spec.engine == 'nodes':
             found = _by_nodes(plan, folder)
@@ -94,14 +92,22 @@ def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
         measured = {'status': 'failed', 'success': False, 'why': str(error)}
     if spec.engine == 'loop' and spec.keep == 'failures' and not measured['success'] and folder:
         _by_loop(plan, folder)
-    return row | measured
+    return inputs_of(run) | measured
+
+
+def inputs_of(run: RunSpec) -> dict[str, Any]:
+    """Return the beginning of a run's row: its index and its values; lists as JSON text."""
+    return {'index': run.index,
+            **{key: json.dumps(value) if isinstance(value, list) else value
+               for key, value in run.values.items()}}
 
 
 def _by_loop(plan: Plan, folder: Path | None) -> Run:
-    return as_run(plan, run_closed_loop(plan, folder))
+    return as_run(run_closed_loop(plan, folder))
 
 
 def _by_nodes(plan: Plan, folder: Path) -> Run:
+    from ur5_ros.analysis.run import load_run  # the bags are read here alone
     folder.mkdir(parents=True)
     run_two_nodes(plan, folder)
     return load_run(folder)
@@ -161,7 +167,3 @@ def _missed(success: Mapping[str, float], row: Mapping[str, Any], result: Result
             missed.append(f'{name} is {value}, more than {limit:g}')
     return missed
 
-
-def _cell(value: Any) -> Any:
-    """Return a value that a table holds: lists become their JSON text."""
-    return json.dumps(value) if isinstance(value, list) else value

@@ -108,11 +108,11 @@ def heat_maps(table: polars.DataFrame, spec: SweepSpec, numbers: list[str]) -> l
 
 def worst_runs(table: polars.DataFrame, count: int = 10) -> list[dict[str, Any]]:
     """Return the worst rows: those that did not succeed first, then by their largest error."""
-    error = (polars.col('max_error') if 'max_error' in table.columns
-             else polars.lit(None, dtype=polars.Float64))
-    order = error.fill_null(math.inf).fill_nan(math.inf)
-    return (table.sort([polars.col('success'), order, polars.col('index')],
-                       descending=[False, True, False]).head(count).to_dicts())
+    if 'max_error' not in table.columns:
+        return table.sort('success', 'index').head(count).to_dicts()
+    error = polars.col('max_error').fill_null(math.inf).fill_nan(math.inf)
+    order = [polars.col('success'), error, polars.col('index')]
+    return table.sort(order, descending=[False, True, False]).head(count).to_dicts()
 
 
 def _finite(value: float | None) -> float | None:
