@@ -1,53 +1,41 @@
 """The controller under the node: states in, torques out, motions begun on request."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
-from ur5_ros.config.parameters import CONTROL_PARAMETERS, HOME, complete
+from ur5_ros.config.parameters import CONTROL_PARAMETERS, complete
 from ur5_ros.control import plans
+from ur5_ros.control.answer import (
+    HOLDING,
+    MOVING,
+    REFUSED,
+    STOPPED,
+    WAITING,
+    Answer,
+    describe,
+)
 from ur5_ros.control.experiment import experiment_motion
+from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
-from ur5_ros.control.law import torque_of, within_limits
+from ur5_ros.control.law import torque_of, warm_up, within_limits
 from ur5_ros.control.motion import Still
-from ur5_ros.control.plausibility import StateGate, Verdict
+from ur5_ros.control.plausibility import Arrival, StateGate, joint_beyond
 from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
 from ur5_ros.control.timeline import Timeline
-from ur5_ros.control.tool_motion import singularity_distance
+from ur5_ros.control.tolerances import JointTolerance, Verdict, resolve_tolerances
 from ur5_ros.errors import Refusal
-from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
-from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
-
-WAITING = 'waiting for states'
-HOLDING = 'holding'
-MOVING = 'moving'
-REFUSED = 'refused'
-STOPPED = 'stopped by a limit'
+from ur5_ros.signals import JOINT_NAMES, ArmState, Reference
 
 #: An autostarted experiment begins at once when the arm stands this near to it [rad]; from further
 #: away the arm first moves there.
 START_DISTANCE = 0.5
 #: Speed below which a first state counts as standing [rad/s].
 _STANDING = 0.01
-
-
-class Answer(NamedTuple):
-    """The answer to one state."""
-
-    stamp: int
-    """Stamp of the state answered [ns]."""
-    torque: Torque
-    """What to send, and its parts."""
-    reference: Reference
-    """What the arm should have done at this stamp."""
-    status: str
-    """The state of the controller in words."""
-    limited: str
-    """'' or the limits that scaled the torque: 'effort', 'rate' or 'effort, rate'."""
 
 
 class Controller:
@@ -81,12 +69,13 @@ class Controller:
                 self._settings.control_rate, self._settings.singularity_margin)
         self._gate = StateGate()
         self._timeline = Timeline()
+        self._goals = GoalWatch(self._names)
         self._answer: Answer | None = None
         self._waiting = True
         self._beyond = False
-        self._stopped = self._refused = ''
+        self._stopped = self._refused = self._last_refusal = ''
         self._counts = {'refused_inputs': 0, 'unbelieved_states': 0, 'limited_periods': 0}
-        self._warm_up()
+        warm_up(self.arm, self._settings.gains)
 
     def update(self, state: ArmState) -> Answer:
         """
@@ -112,16 +101,18 @@ class Controller:
         last, stamp, settings = self._answer, state.stamp, self._settings
         if last is not None and stamp == last.stamp:
             return last
-        verdict = self._gate.take(state, settings.max_state_jump)
-        if verdict is Verdict.FOLLOWS:
+        arrival = self._gate.take(state, settings.max_state_jump)
+        if arrival is Arrival.FOLLOWS:
             self._watch_limits(state, last)
-        elif verdict is Verdict.UNBELIEVED:
+        elif arrival is Arrival.UNBELIEVED:
             self._counts['unbelieved_states'] += 1
             state = self._gate.last
         else:
-            self._take_over(state, verdict)
+            self._take_over(state, arrival)
             last = None
         self._waiting = False
+        if self._goals.active:
+            self._judge(state, stamp)
         reference = self._timeline.at(stamp, settings.motion_limits)
         torque = torque_of(settings.mode, state, reference, self.arm, settings.gains)
         before = None if last is None else last.torque.total
@@ -158,6 +149,33 @@ class Controller:
         """Follow a joint trajectory; see :func:`~ur5_ros.control.plans.plan_trajectory`."""
         self._ask('joint_trajectory', plans.plan_trajectory, names, points, stamp, self.stamp)
 
+    def follow_joint_trajectory(
+        self,
+        names: Sequence[str],
+        points: Sequence[TrajectoryPoint],
+        stamp: int = 0,
+        path_tolerance: Sequence[JointTolerance] = (),
+        goal_tolerance: Sequence[JointTolerance] = (),
+        goal_time: float = 0.0,
+    ) -> int:
+        """
+        Follow a joint trajectory as the action FollowJointTrajectory does: judged on the way.
+
+        Returns
+        -------
+        int
+            Number to ask :meth:`goal_verdict` with.
+
+        """
+        tolerances = resolve_tolerances(self._settings.tolerances, path_tolerance, goal_tolerance,
+                                        goal_time, self._names)
+        self.joint_trajectory(names, points, stamp)
+        return self._goals.begin(tolerances, self.stamp + self._timeline.motion.duration)
+
+    def goal_verdict(self, number: int) -> Verdict | None:
+        """Return how a goal of :meth:`follow_joint_trajectory` ended; None while it is on."""
+        return self._goals.verdict(number)
+
     def path(self, poses: np.ndarray, times: Sequence[int] = (), frame: str = 'base') -> None:
         """Pass tool poses in straight lines; see :func:`~ur5_ros.control.plans.plan_path`."""
         self._ask('path', plans.plan_path, poses, times, frame)
@@ -186,30 +204,19 @@ class Controller:
         self._waiting = True
 
     def status(self) -> dict[str, Any]:
-        """Return what to tell about the controller: numbers, texts and truth values."""
-        timeline, answer, last = self._timeline, self._answer, self._gate.last
-        branch = timeline.branch
-        status = {
+        """Return what to tell about the controller: numbers and texts."""
+        return {
             'state': self._word(),
-            'detail': self._stopped or self._refused or timeline.name,
-            'last_refusal': self._refused,
+            'detail': self._stopped or self._refused or self._timeline.name,
+            'last_refusal': self._last_refusal,
             'last_doubt': self._gate.sentence,
+            'arm': self.arm.name,
             'mode': self._settings.mode,
             'effort_convention': self.parameters['effort_convention'],
-            'arm': self.arm.name,
             'experiment': self.parameters['experiment'],
-            'stamp': self.stamp,
-            'ik_branch': '' if branch is None else branch.name,
-            'ik_candidates': 0 if branch is None else branch.candidates,
-            'torque_limited': '' if answer is None else answer.limited,
             **self._counts,
+            **describe(self._answer, self._gate.last, self._timeline, self.arm),
         }
-        if answer is not None:
-            status['singularity_distance'] = float(singularity_distance(last.q, self.arm))
-            status['largest_error'] = float(np.abs(last.q - answer.reference.q).max())
-            left = timeline.start + timeline.motion.duration - answer.stamp
-            status['seconds_left'] = max(0, left) / 1e9
-        return status
 
     @property
     def stamp(self) -> int:
@@ -223,20 +230,21 @@ class Controller:
             plan = planner(self._settings, self._answer.reference, *wish)
         except Refusal as refusal:
             self._counts['refused_inputs'] += 1
-            self._refused = f'{what}: {refusal}'
+            self._refused = self._last_refusal = f'{what}: {refusal}'
             raise
         self._begin(plan, what, self._answer.stamp)
 
     def _begin(self, plan: plans.Plan, what: str, stamp: int) -> None:
+        self._goals.preempt(what)
         self._timeline.begin(plan.motion, what, stamp, plan.branch)
         self._refused = self._stopped = ''
 
-    def _take_over(self, state: ArmState, verdict: Verdict) -> None:
+    def _take_over(self, state: ArmState, arrival: Arrival) -> None:
         """Begin anew from a measured state: hold there, or start the experiment."""
         at_rest = np.abs(state.qd).max() < _STANDING
         zero = np.zeros(6)
         start = Reference(state.q.copy(), zero if at_rest else state.qd.copy(), zero)
-        if verdict is Verdict.FIRST and self.parameters['autostart'] and self.experiment:
+        if arrival is Arrival.FIRST and self.parameters['autostart'] and self.experiment:
             begin = self.experiment.motion.at(0).q
             if np.abs(state.q - begin).max() <= START_DISTANCE:
                 plan = plans.Plan(self.experiment.motion, self.experiment.branch)
@@ -245,23 +253,27 @@ class Controller:
             self._begin(plan, 'experiment', state.stamp)
             return
         plan = plans.Plan(Still(start.q)) if at_rest else plans.plan_stop(self._settings, start)
-        doing = 'hold' if verdict is Verdict.FIRST else f'hold, since {self._gate.sentence}'
+        doing = 'hold' if arrival is Arrival.FIRST else f'hold, since {self._gate.sentence}'
         self._begin(plan, doing, state.stamp)
+
+    def _judge(self, state: ArmState, stamp: int) -> None:
+        """Compare state and reference for the goal that is on; stop where it has failed."""
+        reference = self._timeline.at(stamp, self._settings.motion_limits)
+        error = np.array([state.q - reference.q, state.qd - reference.qd, np.full(6, np.nan)])
+        verdict = self._goals.look(error, stamp)
+        if verdict is not None and verdict.code < 0:
+            stop = smooth_stop(reference, self._settings.motion_limits)
+            self._begin(plans.Plan(stop), f'stop: {verdict.message}', stamp)
 
     def _watch_limits(self, state: ArmState, last: Answer) -> None:
         """Stop smoothly when a joint passes a limit of the arm in position or speed."""
-        limits = self.arm.limits
-        beyond = (state.q < limits.lower) | (state.q > limits.upper)
-        beyond |= np.abs(state.qd) > limits.velocity
-        if not beyond.any():
-            self._beyond = False
-        elif not self._beyond:
-            self._beyond = True
-            joint = int(beyond.argmax())
+        joint = joint_beyond(state, self.arm.limits)
+        if joint is not None and not self._beyond:
             stop = smooth_stop(last.reference, self._settings.motion_limits)
             self._begin(plans.Plan(stop), 'stop', last.stamp)
             self._stopped = (f'{self._names[joint]} at {state.q[joint]:.4f} rad, '
                              f'{state.qd[joint]:.4f} rad/s')
+        self._beyond = joint is not None
 
     def _word(self) -> str:
         if self._waiting:
@@ -271,11 +283,3 @@ class Controller:
         if self._timeline.moving:
             return MOVING
         return REFUSED if self._refused else HOLDING
-
-    def _warm_up(self) -> None:
-        """Have everything compiled and loaded before the first state comes."""
-        home, zero = np.array(HOME), np.zeros(6)
-        state = ArmState(0, home, zero, zero)
-        for mode in ('computed_torque', 'gravity_pd'):
-            torque_of(mode, state, Reference(home, zero, zero), self.arm, self._settings.gains)
-        inverse_kinematics_batch(np.eye(4)[None], self.arm)

@@ -56,13 +56,12 @@ class JointSpline:
 
     def bridged(self, start: Reference) -> 'JointSpline':
         """Return the spline with what parts it from ``start`` at time 0 faded out smoothly."""
-        own = self.at(0)
-        gap = Reference(*(a - b for a, b in zip(start, own, strict=True)))
-        if max(np.abs(part).max() for part in gap) < 1e-12:
+        own, zero = self.at(0), np.zeros(6)
+        gap = Reference(start.q - own.q, start.qd - own.qd, zero)
+        if max(np.abs(gap.q).max(), np.abs(gap.qd).max()) < 1e-9:
             return self
         bridge = JointSpline(self._knots, self.coefficients, self._end)
         length = min(_LONGEST_BRIDGE, self._knots[1] / SECOND)
-        zero = np.zeros(6)
         bridge.bridge = (length, _quintic(gap, Reference(zero, zero, zero), length))
         return bridge
 

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from ur5_ros.config.parameters import HOME
 from ur5_ros.control.computed_torque import computed_torque
 from ur5_ros.control.gains import Gains
 from ur5_ros.model.dynamics import dynamics_terms, gravity_torque
+from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
 
@@ -156,3 +158,21 @@ def rate_scale(change: np.ndarray, largest: float) -> float:
     """
     biggest = float(np.abs(change).max())
     return 1.0 if biggest <= largest else largest / biggest
+
+
+def warm_up(arm: ArmParameters, gains: Gains) -> None:
+    """
+    Have everything that a control period needs compiled and loaded.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        The law's arm.
+    gains : Gains
+        Its gains.
+
+    """
+    home, zero = np.array(HOME), np.zeros(6)
+    for mode in ('computed_torque', 'gravity_pd'):
+        torque_of(mode, ArmState(0, home, zero, zero), Reference(home, zero, zero), arm, gains)
+    inverse_kinematics_batch(np.eye(4)[None], arm)

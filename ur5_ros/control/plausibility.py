@@ -6,6 +6,7 @@ from math import isfinite
 import numpy as np
 
 from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import Limits
 from ur5_ros.signals import ArmState
 
 #: Simulated time without a state after which motions do not go on [ns].
@@ -14,7 +15,7 @@ CLOCK_GAP = 1_000_000_000
 LARGEST_RUN = 10
 
 
-class Verdict(Enum):
+class Arrival(Enum):
     """What a state is, after the one before it."""
 
     FOLLOWS = 'follows'
@@ -36,7 +37,7 @@ class StateGate:
         self._suspect: ArmState | None = None
         self._run = 0
 
-    def take(self, state: ArmState, largest_jump: float) -> Verdict:
+    def take(self, state: ArmState, largest_jump: float) -> Arrival:
         """
         Return what a state is, and remember it when it is believed.
 
@@ -52,7 +53,7 @@ class StateGate:
 
         Returns
         -------
-        Verdict
+        Arrival
             All but UNBELIEVED make ``state`` the last believed one.
 
         Raises
@@ -66,33 +67,55 @@ class StateGate:
         if not isfinite(state.q.sum() + state.qd.sum()):
             return self._doubt(state, 'the state holds a number that is not finite')
         if last is None:
-            return self._believe(state, Verdict.FIRST)
+            return self._believe(state, Arrival.FIRST)
         step = state.stamp - last.stamp
         if step < 0:
             self.sentence = f'the clock went back by {-step / 1e9:.6f} s'
-            return self._believe(state, Verdict.RESTARTED)
+            return self._believe(state, Arrival.RESTARTED)
         if step > CLOCK_GAP:
             self.sentence = f'the clock jumped ahead by {step / 1e9:.6f} s'
-            return self._believe(state, Verdict.GAP)
+            return self._believe(state, Arrival.GAP)
         jump = np.abs(state.q - last.q).max()
         if jump <= largest_jump:
-            return self._believe(state, Verdict.FOLLOWS)
+            return self._believe(state, Arrival.FOLLOWS)
         suspect = self._suspect
         if suspect is not None and np.abs(state.q - suspect.q).max() <= largest_jump:
-            return self._believe(state, Verdict.MOVED)
+            return self._believe(state, Arrival.MOVED)
         joint = int(np.abs(state.q - last.q).argmax())
         verdict = self._doubt(state, f'joint {joint + 1} jumped by {jump:.4f} rad between two '
                               f'states; max_state_jump is {largest_jump:g}')
         self._suspect = state
         return verdict
 
-    def _believe(self, state: ArmState, verdict: Verdict) -> Verdict:
+    def _believe(self, state: ArmState, verdict: Arrival) -> Arrival:
         self.last, self._suspect, self._run = state, None, 0
         return verdict
 
-    def _doubt(self, state: ArmState, sentence: str) -> Verdict:
+    def _doubt(self, state: ArmState, sentence: str) -> Arrival:
         self.sentence = sentence
         self._run += 1
         if self.last is None or self._run > LARGEST_RUN:
             raise Refusal(f'{sentence} at stamp {state.stamp} ns; not answered')
-        return Verdict.UNBELIEVED
+        return Arrival.UNBELIEVED
+
+
+def joint_beyond(state: ArmState, limits: Limits) -> int | None:
+    """
+    Return a joint that is beyond a limit in position or speed, None where all are within.
+
+    Parameters
+    ----------
+    state : ArmState
+        Measured state.
+    limits : Limits
+        Of the arm.
+
+    Returns
+    -------
+    int or None
+        Its index, base to wrist.
+
+    """
+    beyond = (state.q < limits.lower) | (state.q > limits.upper)
+    beyond |= np.abs(state.qd) > limits.velocity
+    return int(beyond.argmax()) if beyond.any() else None

@@ -51,16 +51,6 @@ class Verdict(NamedTuple):
     message: str
 
 
-class Goal(NamedTuple):
-    """A trajectory that somebody waits for."""
-
-    number: int
-    """Counts the goals."""
-    tolerances: Tolerances
-    end: int
-    """Stamp at which the trajectory ends [ns]."""
-
-
 def default_tolerances(trajectory: float, goal: float, goal_time: float) -> Tolerances:
     """
     Return the tolerances of the parameters ``constraints.*``; zero means no limit.

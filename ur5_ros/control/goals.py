@@ -1,0 +1,91 @@
+"""Trajectory goals that somebody waits for: one at a time, watched until its verdict."""
+
+import numpy as np
+
+from ur5_ros.control.tolerances import ResultCode, Tolerances, Verdict, judge
+
+#: Verdicts kept for those who ask late [count].
+_KEPT = 16
+
+
+class GoalWatch:
+    """
+    The goal that is on and the verdicts on those before it.
+
+    Parameters
+    ----------
+    names : list of str
+        Joint names for the messages.
+
+    """
+
+    def __init__(self, names: list[str]):
+        self._names = names
+        self._number = 0
+        self._tolerances: Tolerances | None = None
+        self._end = 0
+        self._verdicts: dict[int, Verdict] = {}
+
+    @property
+    def active(self) -> bool:
+        """Tell whether a goal is on."""
+        return self._tolerances is not None
+
+    def begin(self, tolerances: Tolerances, end: int) -> int:
+        """
+        Watch a new goal.
+
+        Parameters
+        ----------
+        tolerances : Tolerances
+            What holds for it.
+        end : int
+            Stamp at which its trajectory ends [ns].
+
+        Returns
+        -------
+        int
+            The number of the goal.
+
+        """
+        self._number += 1
+        self._tolerances, self._end = tolerances, end
+        return self._number
+
+    def look(self, error: np.ndarray, stamp: int) -> Verdict | None:
+        """
+        Judge the goal at a state.
+
+        Parameters
+        ----------
+        error : numpy.ndarray, shape (3, 6)
+            Errors of position, velocity, acceleration (NaN = not measured).
+        stamp : int
+            Of the state [ns].
+
+        Returns
+        -------
+        Verdict or None
+            If this ended it.
+
+        """
+        verdict = judge(self._tolerances, error, (stamp - self._end) / 1e9, self._names)
+        if verdict is not None:
+            self.end(verdict)
+        return verdict
+
+    def end(self, verdict: Verdict) -> None:
+        """End the goal that is on, if any, with a verdict."""
+        if self._tolerances is None:
+            return
+        self._tolerances = None
+        self._verdicts[self._number] = verdict
+        self._verdicts.pop(self._number - _KEPT, None)
+
+    def preempt(self, by: str) -> None:
+        """End the goal that is on, if any, since something else has begun."""
+        self.end(Verdict(ResultCode.INVALID_GOAL, f'preempted by {by}'))
+
+    def verdict(self, number: int) -> Verdict | None:
+        """Return how a goal ended; None while it is on."""
+        return self._verdicts.get(number)
