@@ -14,8 +14,8 @@ def parameters() -> str:
     lines = [
         '# Parameters', '',
         'Written by `docs/generate.py` from `ur5_ros/config/parameters.py`. Live parameters can '
-        'be changed while the node runs (`ros2 param set`); each change is checked, recorded as an '
-        'event, and acts from the next period. Lists: 1 number stands for all six joints where '
+        'be changed while the node runs (`ros2 param set`); each change is checked, recorded as '
+        'an event, and acts from the next period. Lists: 1 number stands for all six joints where '
         '1 is among the sizes.', '']
     for title, declared in (('`sim_node` (`/ur5_sim`)', SIM_PARAMETERS),
                             ('`control_node` (`/ur5_control`)', CONTROL_PARAMETERS)):

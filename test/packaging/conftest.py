@@ -26,7 +26,7 @@ def run(command: list, cwd: Path, path: Path | None = None, **more: str):
     if path is not None:
         environment['PATH'] = f'{path}{os.pathsep}{environment["PATH"]}'
     return subprocess.run([str(part) for part in command], cwd=cwd, env=environment, text=True,
-                          capture_output=True, stdin=subprocess.DEVNULL, timeout=300)
+                          capture_output=True, stdin=subprocess.DEVNULL, timeout=120)
 
 
 def succeed(command: list, cwd: Path, path: Path | None = None, **more: str) -> str:
@@ -47,10 +47,16 @@ def tracked_files() -> list[str]:
 
 
 @pytest.fixture(scope='session')
-def source(tmp_path_factory) -> Path:
+def tracked() -> list[str]:
+    """Return the files of the repository."""
+    return tracked_files()
+
+
+@pytest.fixture(scope='session')
+def source(tracked, tmp_path_factory) -> Path:
     """Return a copy of the source tree, so that building leaves nothing in the checkout."""
     copy = tmp_path_factory.mktemp('source') / 'ur5_ros'
-    for name in tracked_files():
+    for name in tracked:
         target = copy / name
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, target)
@@ -79,10 +85,16 @@ def make_environment(folder: Path) -> Path:
     editable install of this environment does not leak.
     """
     venv.create(folder, with_pip=False, symlinks=True)
-    packages = next((folder / 'lib').glob('python3*')) / 'site-packages'
-    for path in Path(sysconfig.get_path('purelib')).iterdir():
-        if not path.name.startswith(('ur5_ros', '__editable__', '__pycache__', 'a1_coverage')):
-            (packages / path.name).symlink_to(path)
+    own = shutil.ignore_patterns('ur5_ros*', '__editable__*', '__pycache__', 'a1_coverage*')
+    packages = Path(sysconfig.get_path('purelib'))
+    for path in packages.iterdir():
+        if not own(str(packages), [path.name]):
+            (folder / packages.relative_to(sys.prefix) / path.name).symlink_to(path)
+    # the ROS wheels put their libraries and index entries beside Python's packages
+    for path in (Path(sys.prefix) / 'lib').glob('*.so*'):
+        (folder / 'lib' / path.name).symlink_to(path)
+    shutil.copytree(Path(sys.prefix) / 'share', folder / 'share', copy_function=os.symlink,
+                    ignore=own, dirs_exist_ok=True)
     return folder
 
 
@@ -115,12 +127,6 @@ def colcon(request, source, tmp_path_factory) -> Path:
 def call():
     """Return :func:`succeed` to tests, which cannot import this file."""
     return succeed
-
-
-@pytest.fixture(scope='session')
-def tracked() -> list[str]:
-    """Return the files of the repository."""
-    return tracked_files()
 
 
 @pytest.fixture
