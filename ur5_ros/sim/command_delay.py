@@ -21,6 +21,11 @@ class CommandDelay:
         self._under_way: list[tuple[int, np.ndarray | None]] = []
         self._acting: np.ndarray | None = None
 
+    @property
+    def busy(self) -> bool:
+        """Tell whether commands are under way."""
+        return bool(self._under_way)
+
     def exchange(self, k: int, command: np.ndarray | None, delay: int) -> np.ndarray | None:
         """
         Return the command that acts in period ``k``, given the one issued in it.

@@ -19,12 +19,8 @@ class LimitWatch:
 
     def __init__(self):
         self.periods = dict.fromkeys(_SENTENCE, 0)
+        self.quiet = True  # no joint is at a limit
         self._touching: dict[str, tuple[str, ...]] = dict.fromkeys(_SENTENCE, ())
-
-    @property
-    def quiet(self) -> bool:
-        """Tell whether no joint is at a limit."""
-        return not any(self._touching.values())
 
     def look(self, kind: str, mask: np.ndarray, stamp: int) -> Event | None:
         """
@@ -50,6 +46,7 @@ class LimitWatch:
         if joints == self._touching[kind]:
             return None
         self._touching[kind] = joints
+        self.quiet = not any(self._touching.values())
         message = (_SENTENCE[kind].format(', '.join(joints)) if joints
                    else f'no joint at a {kind} limit any more')
         return event(stamp, 'limit', message, kind=kind, joints=list(joints), active=bool(joints))

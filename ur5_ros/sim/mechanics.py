@@ -1,5 +1,7 @@
 """The moving body: PyBullet, what is added to it, the stops, one physics step at a time."""
 
+from math import hypot
+
 import numpy as np
 
 from ur5_ros.model.parameters import ArmParameters
@@ -32,8 +34,9 @@ class Mechanics:
         self.step_time = step_time
         self.bullet = BulletArm(arm, arm.gravity, step_time, gui)
         limits = arm.limits
-        self._low = np.concatenate([limits.lower, -limits.velocity])
-        self._high = np.concatenate([limits.upper, limits.velocity])
+        # A state whose norms are below these is within all limits: the quickest sieve.
+        self._near = float(np.minimum(-limits.lower, limits.upper).min())
+        self._slow = float(limits.velocity.min())
         self._load = (0.0, [0.0, 0.0, 0.0], arm.gravity.tolist())
         self.joints = Joints([0.0] * 6, [0.0] * 6)
 
@@ -93,18 +96,15 @@ class Mechanics:
             If the state ran away; the arm then rests where it was before the step.
 
         """
-        before = self.joints
-        held = _NOBODY
+        before, held = self.joints, _NOBODY
         if self._plain:
             q, qd = self.bullet.advance(tau)
             values = np.array(q + qd)
-            if np.minimum(np.maximum(values, self._low), self._high).tolist() == q + qd:
+            if hypot(*q) < self._near and hypot(*qd) < self._slow or self._within(values):
                 self.joints = Joints(q, qd)
                 return values, True, held
-            within = (self.arm.limits.lower <= values[:6]) & (values[:6] <= self.arm.limits.upper)
-            again = np.isfinite(values).all() and not within.all()
-        if not self._plain or again:
-            if self._plain:
+        if not self._plain or self._beyond_a_stop(values):
+            if self._plain:  # PyBullet knows no stops: take the step back
                 self.bullet.place(*before)
             torque, held = engine_torque(self.bullet, before, effort, self.effects, self.step_time)
             q, qd = self.bullet.advance(torque)
@@ -115,19 +115,30 @@ class Mechanics:
         self.joints = Joints(q, qd)
         return values, False, held
 
+    def _within(self, values: np.ndarray) -> bool:
+        limits = self.arm.limits
+        q, qd = values[:6], values[6:]
+        return bool(((limits.lower <= q) & (q <= limits.upper)
+                     & (np.abs(qd) <= limits.velocity)).all())
+
+    def _beyond_a_stop(self, values: np.ndarray) -> bool:
+        q, limits = values[:6], self.arm.limits
+        beyond = (q < limits.lower) | (q > limits.upper)
+        return bool(beyond.any() and np.abs(values).max() < _RUNAWAY)
+
     def values(self) -> np.ndarray:
         """Return q and qd in one array, shape (12,)."""
         return np.array(self.joints.q + self.joints.qd)
 
-    def declared_gravity(self, q: list[float]) -> np.ndarray:
+    def declared_gravity(self) -> np.ndarray:
         """Return g(q) of the arm record and its declared payload, in its own gravity [N m]."""
         mass, com, gravity = self._load
         own = self.arm.gravity.tolist()
         if gravity != own:
             self.bullet.set_gravity(own)
-        tau = self.bullet.bias(q)
+        tau = self.bullet.bias(self.joints.q)
         if gravity != own:
             self.bullet.set_gravity(gravity)
         if mass > 0.0:
-            tau = tau + mass * (self.bullet.jacobian(q, com)[:3].T @ self.arm.gravity)
+            tau = tau + mass * (self.bullet.jacobian(self.joints.q, com)[:3].T @ self.arm.gravity)
         return tau
