@@ -78,12 +78,12 @@ class BagFolder:
     def _open(self) -> McapFile:
         file = McapFile(self.folder / f'{self._name}_{len(self._files)}.mcap')
         if self._description:
-            file.note(DESCRIPTION_RECORD, checked(self._description))
+            file.note(DESCRIPTION_RECORD, checked(DESCRIPTION_RECORD, self._description))
         return file
 
     def note(self, name: str, values: Mapping[str, str]) -> None:
         """Write a note: a metadata record of the file that is open."""
-        self._file.note(NOTE_RECORD + name, checked(values))
+        self._file.note(NOTE_RECORD + name, checked(NOTE_RECORD + name, values))
 
     def write(self, messages: Sequence[Message]) -> None:
         """

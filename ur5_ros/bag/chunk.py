@@ -137,11 +137,9 @@ def decompress(compression: str, data: memoryview, size: int, source: str) -> by
     Raises
     ------
     BagProblem
-        If it is larger than MAX_RECORD, of another size than it says, or cannot be decompressed.
+        If it is of another size than it says, or cannot be decompressed.
 
     """
-    if size > MAX_RECORD:
-        raise BagProblem(f'{source}: a chunk of {size} bytes; at most {MAX_RECORD} are read')
     try:
         if compression == 'lz4':
             content = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
@@ -160,7 +158,7 @@ def decompress(compression: str, data: memoryview, size: int, source: str) -> by
     return content
 
 
-def open_chunk(content: bytes, source: str) -> bytes:
+def open_chunk(content: bytes, source: str, limit: int = MAX_RECORD) -> bytes:
     """
     Return what a chunk holds: whole records of messages, schemas and channels.
 
@@ -170,6 +168,8 @@ def open_chunk(content: bytes, source: str) -> bytes:
         The chunk record without opcode and length.
     source : str
         What to call it in messages.
+    limit : int
+        Largest size that it may have [bytes].
 
     Raises
     ------
@@ -181,6 +181,9 @@ def open_chunk(content: bytes, source: str) -> bytes:
     if len(content) < at + 12:
         raise BagProblem(f'{source}: a chunk of {len(content)} bytes')
     _, _, size, crc = _CHUNK_HEAD.unpack_from(content)
+    if size > limit:
+        raise BagProblem(f'{source}: a chunk that unpacks to {size} bytes; at most {limit} are '
+                         'read here')
     length = int.from_bytes(content[at:at + 4], 'little')
     name = content[at + 4:at + 4 + length]
     at += 4 + length

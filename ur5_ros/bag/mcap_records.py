@@ -1,7 +1,7 @@
 """Records of the MCAP format (mcap.dev/spec): limits, framing, and what a writer emits of them."""
 
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from io import BytesIO
 from struct import Struct
 from struct import error as StructError
@@ -72,16 +72,21 @@ def parse_record(kind: type, content: bytes, source: str) -> Any:
     return record
 
 
-def checked(values: Mapping[str, str]) -> dict[str, str]:
-    """Return a metadata map with a checksum of itself: these records have none of their own."""
-    return {**values, 'checksum': checksum(values.items())}
+#: Key of the checksum in our own metadata records.
+CHECKSUM = 'ur5_ros/crc32'
 
 
-def checksum(items: Iterable[tuple[str, str]]) -> str:
-    """Return the CRC-32 of a metadata map in eight hexadecimal digits, its order ignored."""
-    text = '\0'.join(f'{key}\0{value}' for key, value in sorted(items) if key != 'checksum')
+def checked(name: str, values: Mapping[str, str]) -> dict[str, str]:
+    """Return the content of a metadata record with a checksum: MCAP keeps none for these."""
+    return {**values, CHECKSUM: checksum(name, values)}
+
+
+def checksum(name: str, values: Mapping[str, str]) -> str:
+    """Return the CRC-32 of a metadata record in hexadecimal digits, the order of keys ignored."""
+    items = sorted(item for item in values.items() if item[0] != CHECKSUM)
+    text = '\0'.join((name, *(part for item in items for part in item)))
     return f'{zlib.crc32(text.encode()):08x}'
 
 
-__all__ = ['FRAME', 'INDEX_ENTRY', 'MAGIC', 'MAX_RECORD', 'MESSAGE', 'MESSAGE_EXTRA',
+__all__ = ['CHECKSUM', 'FRAME', 'INDEX_ENTRY', 'MAGIC', 'MAX_RECORD', 'MESSAGE', 'MESSAGE_EXTRA',
            'MESSAGE_HEAD', 'Opcode', 'checked', 'checksum', 'parse_record', 'record_bytes']

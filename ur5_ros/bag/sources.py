@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.bag.bag_folder import DESCRIPTION_RECORD, NOTE_RECORD
-from ur5_ros.bag.mcap_records import checksum
+from ur5_ros.bag.mcap_records import CHECKSUM, checksum
 from ur5_ros.bag.mcap_source import McapSource
 from ur5_ros.bag.metadata import NAME, Information, read_metadata
 from ur5_ros.bag.problem import BagProblem
@@ -92,13 +92,14 @@ def read_descriptions(
     notes: dict[str, dict[str, Any]] = {}
     for source in sources:
         for name, values in source.metadata:
-            if name != DESCRIPTION_RECORD and not name.startswith(NOTE_RECORD):
+            if not (name == DESCRIPTION_RECORD or name.startswith(NOTE_RECORD)
+                    or CHECKSUM in values):  # then it is ours and its name is damaged
                 continue
-            if values.get('checksum') != checksum(values.items()):
+            if values.get(CHECKSUM) != checksum(name, values):
                 report(f'{source.path}: the metadata record {name[:80]!r} is damaged; it was '
                        'left out')
                 continue
-            values = {key: value for key, value in values.items() if key != 'checksum'}
+            values = {key: value for key, value in values.items() if key != CHECKSUM}
             if name != DESCRIPTION_RECORD:
                 note = _note(values)
                 if note is None:

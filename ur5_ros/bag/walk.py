@@ -33,6 +33,7 @@ def walk(content: bytes | bytearray) -> Walk | None:
     Only messages, schemas and channels may stand in a chunk.
     """
     rows: list[tuple[int, int, int, int, int]] = []
+    tables: list[np.ndarray] = []
     definitions = []
     at, end = 0, len(content)
     frame, message = FRAME.unpack_from, MESSAGE.unpack_from
@@ -45,6 +46,9 @@ def walk(content: bytes | bytearray) -> Walk | None:
             _, _, channel, _, log_time, publish_time = message(content, at)
             rows.append((channel, at + MESSAGE.size, length - MESSAGE_EXTRA,
                          log_time, publish_time))
+            if len(rows) == _ROWS:
+                tables.append(_table(rows))
+                rows.clear()
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             definitions.append((opcode, at + FRAME.size, after))
         else:
@@ -52,8 +56,15 @@ def walk(content: bytes | bytearray) -> Walk | None:
         at = after
     if at != end:
         return None
-    table = np.array(rows, np.uint64).reshape(-1, 5).astype(np.int64).T
-    return Walk(*table, definitions)
+    return Walk(*np.concatenate([*tables, _table(rows)], axis=1), definitions)
+
+
+#: Rows that are kept as Python numbers, which take ten times the memory of an array.
+_ROWS = 20_000
+
+
+def _table(rows: list[tuple[int, int, int, int, int]]) -> np.ndarray:
+    return np.array(rows, np.uint64).reshape(-1, 5).T.astype(np.int64)
 
 
 @cache
