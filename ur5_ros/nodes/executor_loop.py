@@ -31,6 +31,8 @@ class ExecutorLoop:
         self._node = node
         self._count = 0
         self._taken: list[Message] = []
+        self.asked = True
+        """Whether a watched service may have a request: always, as nobody knows."""
         self._executor = SingleThreadedExecutor(context=node.context)
 
     def subscribe(self, message_type: type, topic: str, qos: QoSProfile) -> int:
@@ -73,6 +75,10 @@ class ExecutorLoop:
             traceback.print_exc()
         messages, self._taken = self._taken, []
         return messages
+
+    def take(self) -> list[Message]:
+        """Return what has come, without a wait."""
+        return self.wait(0.0)
 
     def close(self) -> None:
         """Serve no more."""

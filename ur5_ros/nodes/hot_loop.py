@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import EventHandler
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -14,15 +15,15 @@ Message = tuple[int, bytes]
 
 
 class ReservedGroup(CallbackGroup):
-    """The callback group that no executor may touch: its entities belong to the loop."""
+    """The callback group that no executor may touch: its messages belong to the loop."""
 
     def can_execute(self, entity: Any) -> bool:
-        """Return False: the executor leaves the entity out of its wait set."""
-        return False
+        """Return False, so that the executor leaves it alone, for all but QoS events."""
+        return isinstance(entity, EventHandler)
 
     def beginning_execution(self, entity: Any) -> bool:
-        """Return False, as it never may."""
-        return False
+        """Return whether it may."""
+        return self.can_execute(entity)
 
     def ending_execution(self, entity: Any) -> None:
         """Do nothing."""
@@ -48,6 +49,8 @@ class WaitSetLoop:
         self._subscriptions: list[Any] = []
         self._services: list[Any] = []
         self._serving: Serving | None = None
+        self.asked = False
+        """Whether a watched service may have a request since the last wait."""
         self._guard = node.create_guard_condition(_nothing, self._group)
         self._wait_set: Any = None
 
@@ -104,12 +107,27 @@ class WaitSetLoop:
             wait_set.add_service(handle)
         wait_set.add_guard_condition(self._guard_handle)
         wait_set.wait(int(seconds * 1e9))
+        if self._service_handles:
+            self.asked = any(wait_set.is_ready('service', index)
+                             for index in range(len(self._service_handles)))
         messages = []
         for index in self._indices:
             if wait_set.is_ready('subscription', index):
                 taken = self._takes[index](self._types[index], True)
                 if taken is not None:
                     messages.append((index, taken[0]))
+        return messages
+
+    def take(self) -> list[Message]:
+        """Return at most one message of each subscription, without a wait."""
+        self.asked = True
+        if self._wait_set is None:
+            self._arm()
+        messages = []
+        for index in self._indices:
+            taken = self._takes[index](self._types[index], True)
+            if taken is not None:
+                messages.append((index, taken[0]))
         return messages
 
     def _arm(self) -> Any:

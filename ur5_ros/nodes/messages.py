@@ -100,28 +100,27 @@ class EffortReader:
     """
 
     def __init__(self, names: Sequence[str]) -> None:
-        self._names = tuple(names)
+        self.names = tuple(names)
         self.layout = FixedJointState(names, fields=('effort',))
         """The layout of our own commands."""
         self._layouts = (self.layout, FixedJointState(names))
 
-    def read(self, data: bytes) -> tuple[int, np.ndarray]:
+    def read(self, data: bytes) -> tuple[int, Sequence[str], Sequence[float]]:
         """
-        Return the stamp [ns] that a command answers, 0 if it has none, and six torques [N m].
+        Return the stamp [ns] of the state that a command answers, 0 if none, names and efforts.
 
         Raises
         ------
         Refusal
-            If the message is damaged, too large, or does not name six joints with finite efforts.
+            If the message is damaged or too large.
 
         """
         for layout in self._layouts:
             if layout.matches(data):
                 stamp, _, _, effort = layout.decode(data)
-                return stamp, six(effort, 'effort')
+                return stamp, self.names, effort
         message = read_message('sensor_msgs/msg/JointState', data)
-        order = order_of(message['name'], self._names)
-        return stamp_of(message['header']), six(message['effort'], 'effort', order)
+        return stamp_of(message['header']), tuple(message['name']), message['effort']
 
 
 class StateReader:

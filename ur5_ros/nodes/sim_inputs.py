@@ -10,17 +10,22 @@ from std_msgs.msg import Float64MultiArray
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.errors import Refusal
 from ur5_ros.nodes.diagnostics import Refusals
-from ur5_ros.nodes.messages import EffortReader, read_message, six
+from ur5_ros.nodes.messages import EffortReader, read_message
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.serving import LoopRequests
+from ur5_ros.nodes.sim_services import StepService
 from ur5_ros.nodes.simulation import Simulation, push
 from ur5_ros.nodes.topics import HOT, Topics
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.sim.command_gate import CommandGate
+
+#: Larger messages are refused, and not recorded either [bytes].
+_MOST_RECORDED = 65_536
 
 
 class SimInputs:
     """
-    The subscriptions of the simulator.
+    The subscriptions of the simulator, and the requests of its services.
 
     Parameters
     ----------
@@ -32,31 +37,36 @@ class SimInputs:
         The bag.
     simulation : Simulation
         What they act on.
-    gate
-        Judges commands by their stamps.
+    gate : CommandGate
+        Judges commands.
+    steps : StepService
+        Single steps asked for.
     parameters : mapping
         Of the node.
 
     """
 
     def __init__(
-        self, loop: Any, topics: Topics, recording: Recording, simulation: Simulation, gate: Any,
-        parameters: dict[str, Any],
+        self, loop: Any, topics: Topics, recording: Recording, simulation: Simulation,
+        gate: CommandGate, steps: StepService, parameters: dict[str, Any],
     ) -> None:
-        self.gate = gate
-        self.command: np.ndarray | None = None
-        """The command that the gate let through, until it is taken."""
-        self.refusals = Refusals(simulation.logger.warning, self._tell_refusal)
+        self.refusals = Refusals(lambda line: None, self._tell_refusal)
         self.requests = LoopRequests(loop.wake)
+        self.last_was_stamped = False
+        """Whether the last command taken named its state, so that a copy does no harm."""
+        self.command_topics: list[str] = []
+        self.copies = 0
+        """Copies of the last command taken that were passed over."""
         self._simulation = simulation
         self._recording = recording
-        self._wait = loop.wait
+        self._gate = gate
+        self._steps = steps
+        self._loop = loop
         self._prefix = parameters['tf_prefix']
-        names = [self._prefix + name for name in JOINT_NAMES]
-        self._reader = EffortReader(names)
+        self._reader = EffortReader([self._prefix + name for name in JOINT_NAMES])
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
-        self._names: dict[int, tuple[str, int, Any]] = {}
+        self._heard: dict[int, tuple[str, int, Any]] = {}
         for role, topic, message_type, take in (
             ('joint_command', 'joint_command', JointState, self._take_command),
             ('forward_command', 'forward_effort_controller/commands', Float64MultiArray,
@@ -64,56 +74,68 @@ class SimInputs:
             ('external_wrench', '~/external_wrench', WrenchStamped, self._take_wrench),
         ):
             number, record = topics.subscribe(role, topic, message_type, HOT)
-            self._names[number] = (topics.names[role], record, take)
+            self._heard[number] = (topics.names[role], record, take)
+            if 'command' in role:
+                self.command_topics.append(topics.names[role])
 
-    def receive(self, seconds: float) -> None:
-        """Wait for messages at most so long; let each do what it is for."""
-        for number, data in self._wait(seconds):
-            topic, record, take = self._names[number]
+    def receive(self, seconds: float) -> bool:
+        """Wait at most so long, do what came, and return whether a message did."""
+        return self._dispatch(self._loop.wait(seconds))
+
+    def poll(self) -> None:
+        """Do what has come, without a wait."""
+        self._dispatch(self._loop.take())
+
+    def answer_step(self) -> None:
+        """Answer ``~/step``, if a period was taken for it."""
+        if self._steps.waiting and self._simulation.paused:
+            self._steps.answer(self._simulation)
+
+    def _dispatch(self, messages: list[tuple[int, bytes]]) -> bool:
+        for number, data in messages:
+            topic, record, take = self._heard[number]
             try:
                 take(topic, record, data)
             except Refusal as error:
                 self.refusals.add(topic, 'malformed', str(error))
-                self._record(record, data)
+                if len(data) <= _MOST_RECORDED:
+                    self._recording.write(record, data)
         if self.requests:
             self.requests.serve()
+        if self._loop.asked and self._steps.look(self._simulation):
+            self._gate.resumed()
+        return bool(messages)
 
     def _take_command(self, topic: str, record: int, data: bytes) -> None:
-        stamp, effort = self._reader.read(data)
-        if self._offer(topic, stamp, effort):
-            self._last = data
-            self.hash.add(self._reader.layout.encode(stamp, (), (), effort))
-        elif data == self._last:
-            return  # a copy of what is recorded already
+        if data == self._last:
+            self.copies += 1  # of an answer that is recorded and counted already
+            return
+        stamp, names, effort = self._reader.read(data)
+        if self._gate.offer_by_name(topic, stamp, names, effort) is None:
+            self._taken(stamp, names, effort)
+            if stamp:
+                self._last = data
         self._recording.write(record, data)
 
     def _take_array(self, topic: str, record: int, data: bytes) -> None:
-        message = read_message('std_msgs/msg/Float64MultiArray', data)
-        effort = six(message['data'], 'data')
-        if self._offer(topic, 0, effort):
-            self.hash.add(self._reader.layout.encode(0, (), (), effort))
+        effort = read_message('std_msgs/msg/Float64MultiArray', data)['data']
+        if self._gate.offer(topic, 0, effort) is None:
+            self._taken(0, self._reader.names, effort)
         self._recording.write(record, data)
+
+    def _taken(self, stamp: int, names: Any, effort: Any) -> None:
+        self.last_was_stamped = stamp != 0
+        if names is not self._reader.names and tuple(names) != self._reader.names:
+            place = dict(zip(names, effort, strict=True))
+            effort = [place[name] for name in self._reader.names]
+        self.hash.add(self._reader.layout.encode(stamp, (), (), np.asarray(effort, float)))
 
     def _take_wrench(self, topic: str, record: int, data: bytes) -> None:
         message = read_message('geometry_msgs/msg/WrenchStamped', data)
         push(self._simulation.plant, message, self._prefix)
         self._recording.write(record, data)
-        self._simulation.send_events()
-
-    def _offer(self, topic: str, stamp: int, effort: np.ndarray) -> bool:
-        """Return whether the gate takes a command; keep it if so."""
-        refusal = self.gate.offer(stamp)
-        if refusal is None:
-            self.command = effort
-            return True
-        self.refusals.add(topic, refusal.kind, refusal.reason)
-        return False
-
-    def _record(self, record: int, data: bytes) -> None:
-        """Record a refused message, unless it is large enough to hurt."""
-        if len(data) <= 65_536:
-            self._recording.write(record, data)
+        self._simulation.send_events(self._simulation.plant)
 
     def _tell_refusal(self, topic: str, reason: str, count: int) -> None:
-        self._simulation.tell('refused', f'refused {topic}: {reason}', topic=topic, reason=reason,
-                              count=count)
+        self._simulation.tell('refused', f'{topic}: refused: {reason} ({count} so far)',
+                              topic=topic, reason=reason, count=count)

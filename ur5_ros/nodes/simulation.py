@@ -1,6 +1,5 @@
 """The plant on its topics: one period at a time, whoever decides when."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ BRAKING_TIME = 0.2
 REST = 1e-3
 
 #: Kinds of event that a person should see in the log.
-_LOUD = ('limit', 'protective_stop', 'fallback', 'lockstep', 'publishers')
+_LOUD = ('limit', 'protective_stop', 'fallback', 'lockstep', 'publishers', 'refused')
 
 
 class Simulation:
@@ -50,7 +49,7 @@ class Simulation:
         self.period = 1.0 / rate
         """Control period [s]."""
         self._last = round(parameters['stop_after'] * rate) or None
-        self._throttle = Throttle(1.0)
+        self._throttle = Throttle()
 
     @property
     def finished(self) -> bool:
@@ -85,6 +84,15 @@ class Simulation:
         self._send(self.plant.reset())
         return f'state {self.plant.k} is the initial one'
 
+    def pause(self, wanted: bool) -> str:
+        """Stop or let go simulated time; return what to answer."""
+        word = 'paused' if wanted else 'running'
+        if wanted == self.paused:
+            return f'{word} already'
+        self.paused = wanted
+        self.tell('pause', word, active=wanted)
+        return word
+
     def tell(self, kind: str, message: str, **values: Any) -> None:
         """Send an event that acts from the present state."""
         self._send_event(event(self.plant.stamp, kind, message, **values))
@@ -96,20 +104,21 @@ class Simulation:
                 break
             self.advance(None)
 
-    def send_events(self) -> None:
-        """Send what the plant has to tell."""
-        for each in self.plant.drain_events():
+    def send_events(self, teller: Any) -> None:
+        """Send what the plant or the gate has to tell."""
+        for each in teller.drain_events():
             self._send_event(each)
 
     def _send(self, state: Any) -> None:
         self.outputs.state(state)
         if not self.plant.exact_sensing:
             self.outputs.truth(self.plant.truth)
-        self.send_events()
+        self.send_events(self.plant)
 
     def _send_event(self, each: Event) -> None:
         self.outputs.event(each)
-        if each.kind in _LOUD and self._throttle(each.kind + json.dumps(each.values)):
+        what = each.kind + each.values.get('reason', each.message)
+        if each.kind in _LOUD and self._throttle(what):
             self.logger.warning(f'{each.message} ({each.stamp * 1e-9:.3f} s)')
 
 

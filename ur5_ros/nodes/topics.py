@@ -48,6 +48,8 @@ class Topics:
         self._recording = recording
         self.names: dict[str, str] = {}
         """Role to resolved name, for the bag's description."""
+        self.types: dict[str, str] = {}
+        """Resolved name to type."""
 
     def publisher(
         self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
@@ -78,6 +80,7 @@ class Topics:
 
     def _record(self, role: str, topic: str, message_type: type, qos: QoSProfile) -> int:
         self.names[role] = self._node.resolve_topic_name(topic)
+        self.types[self.names[role]] = type_name(message_type)
         return self._recording.topic(
             self.names[role], type_name(message_type), _word(qos.reliability),
             _word(qos.durability), qos.depth)
@@ -86,6 +89,23 @@ class Topics:
 def make_loop(node: Node, kind: str) -> Any:
     """Return the loop that the parameter ``hot_loop`` names."""
     return {'wait_set': WaitSetLoop, 'executor': ExecutorLoop}[kind](node)
+
+
+def other_types(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
+    """
+    Return who publishes another type on a topic of ours; such messages never arrive.
+
+    Returns
+    -------
+    list of (str, str, str)
+        Topic, kind of refusal, sentence.
+
+    """
+    return [
+        (name, 'other type', f'{each.node_name} publishes {each.topic_type} there; '
+         f'publish {wanted}')
+        for name, wanted in topics.types.items()
+        for each in node.get_publishers_info_by_topic(name) if each.topic_type != wanted]
 
 
 def _word(policy: Any) -> str:
