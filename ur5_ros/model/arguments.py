@@ -28,7 +28,7 @@ def finite_array(name: str, value: Any, tail: tuple[int, ...]) -> np.ndarray:
         array = np.asarray(value)
         if array.dtype.kind not in 'fiu':
             raise TypeError
-        array = np.ascontiguousarray(array, dtype=np.float64)
+        array = np.asarray(array, dtype=np.float64, order='C')
     except (TypeError, ValueError):
         raise Refusal(f'{name} is no array of real numbers; give shape {wanted}') from None
     if np.ndim(value) < len(tail) or array.shape[array.ndim - len(tail):] != tail:

@@ -5,7 +5,7 @@ Slots 0 to 7 are 4 shoulder + 2 elbow + wrist; the signs behind them are those o
 of det J, so that a branch ends nowhere but at a singularity.
 """
 
-from math import atan2, cos, isfinite, nan, pi, sin, sqrt
+from math import acos, atan2, copysign, cos, isfinite, nan, pi, sin, sqrt
 
 from ur5_ros.model.compiled import B1, R1, R2, W2, inlined, kernel
 from ur5_ros.model.lumped import A2, A3, D1, D4, D5, D6
@@ -18,6 +18,10 @@ ROUNDING = 5e-10
 STRAIGHT = 1e-10
 #: Elbow or shoulder branches nearer to each other than this are one [rad].
 MERGED = 1e-7
+#: Below this sin q5 the reach has a say in q6 [1].
+ALMOST_STRAIGHT = 1e-5
+#: So near to axis 1 the side may be chosen: the pose moves by its square [m].
+ABOVE_AXIS = 5e-6
 
 # Codes of a single pose: bits 0 to 7 say which slots are filled, the others what was met.
 SINGULAR, NOT_RIGID, BAD_SHAPE = 256, 512, 1024
@@ -47,10 +51,9 @@ def is_rigid(t, r):
 
 
 @inlined
-def arm_branches(q, at, slot, q1, q5, q6, c6, s6, c1, s1, plane, k):
+def elbows(q, at, slot, q1, q5, q6, c6, s6, c5, s5, plane, k):
     """Fill the two elbow slots of one shoulder and wrist; return their bits."""
-    # all vectors of ``plane`` in frame 1: x outwards, y up
-    nx, ny, ox, oy, ax, ay, px, py, c5, s5 = plane
+    nx, ny, ox, oy, ax, ay, px, py = plane  # n, o, a and the origin of frame 5: out, up
     a2, a3 = k[A2], k[A3]
     q234 = atan2(c5 * (c6 * ny - s6 * oy) - s5 * ay, c5 * (c6 * nx - s6 * ox) - s5 * ax)
     x = px + k[D5] * (s6 * nx + c6 * ox)
@@ -88,47 +91,80 @@ def arm_branches(q, at, slot, q1, q5, q6, c6, s6, c1, s1, plane, k):
 
 
 @inlined
+def reachable(q6, plane, k):
+    """Return the angle of joint 6 nearest to q6 whose wrist joints 2 and 3 can span."""
+    nx, ny, ox, oy, ax, ay, px, py = plane
+    inner, outer = abs(abs(k[A2]) - abs(k[A3])), abs(k[A2]) + abs(k[A3])
+    pn, po = px * nx + py * ny, px * ox + py * oy
+    base, swing = px * px + py * py + k[D5] * k[D5], 2.0 * k[D5] * sqrt(pn * pn + po * po)
+    if abs(swing) < 1e-12:
+        return q6
+    peak = atan2(pn, po)
+    if swing < 0.0:
+        peak, swing = peak + pi, -swing
+    angle = wrapped(wrapped(q6 - peak))
+    least = acos(max(-1.0, min(1.0, (outer * outer - base) / swing)))
+    most = acos(max(-1.0, min(1.0, (inner * inner - base) / swing)))
+    if least <= abs(angle) <= most:
+        return q6
+    return wrapped(peak + copysign(min(max(abs(angle), least), most), angle))
+
+
+@inlined
+def wrists(t, r, q6_free, k, q, at, shoulder, c1, s1, side):
+    """Fill the four slots of one shoulder; return their bits."""
+    n3, o3, a3 = t[r + 2, 0], t[r + 2, 1], t[r + 2, 2]
+    yn, yo = c1 * t[r + 1, 0] - s1 * t[r, 0], c1 * t[r + 1, 1] - s1 * t[r, 1]
+    ya = c1 * t[r + 1, 2] - s1 * t[r, 2]
+    plane = (c1 * t[r, 0] + s1 * t[r + 1, 0], n3, c1 * t[r, 1] + s1 * t[r + 1, 1], o3,
+             c1 * t[r, 2] + s1 * t[r + 1, 2], a3, side, t[r + 2, 3] - k[D6] * a3 - k[D1])
+    q1 = atan2(s1, c1)
+    s5 = sqrt(yn * yn + yo * yo)
+    if s5 <= STRAIGHT:
+        q6 = reachable(q6_free, plane, k)
+        c5, q5 = (1.0, 0.0) if ya < 0.0 else (-1.0, pi)
+        return SINGULAR | elbows(q, at, 4 * shoulder, q1, q5, q6, cos(q6), sin(q6), c5, 0.0,
+                                 plane, k)
+    q5, q6 = atan2(s5, -ya), atan2(yo, -yn)
+    c6, s6 = -yn / s5, yo / s5
+    found = 0
+    length = 1.0 / sqrt(s5 * s5 + ya * ya)
+    c5, s5 = -ya * length, s5 * length
+    for flipped in range(2):
+        sign = 1.0 - 2.0 * flipped
+        own, c, s = q6 if flipped == 0 else wrapped(q6 + pi), sign * c6, sign * s6
+        if s5 < ALMOST_STRAIGHT:  # joint 6 is known as badly as joint 5 is small
+            better = reachable(own, plane, k)
+            if s5 * abs(wrapped(better - own)) < ROUNDING:
+                own, c, s = better, cos(better), sin(better)
+        found |= elbows(q, at, 4 * shoulder + flipped, q1, sign * q5, own, c, s, c5, sign * s5,
+                        plane, k)
+    return found
+
+
+@inlined
 def branches(t, r, q6_free, k, q, at):
     """Fill the slots of q from row ``at`` on with the solutions of the pose from row r on."""
-    ax, ay = t[r, 2], t[r + 1, 2]
-    px, py, pz = t[r, 3] - k[D6] * ax, t[r + 1, 3] - k[D6] * ay, t[r + 2, 3] - k[D6] * t[r + 2, 2]
+    px, py = t[r, 3] - k[D6] * t[r, 2], t[r + 1, 3] - k[D6] * t[r + 1, 2]
     d4 = k[D4]
-    reach2 = px * px + py * py
-    if sqrt(reach2) < abs(d4) - ROUNDING:
+    beyond = px * px + py * py - d4 * d4
+    if beyond < -2.0 * abs(d4) * ROUNDING:
         return 0
-    rho = sqrt(max(reach2 - d4 * d4, 0.0))
-    scale = 1.0 / (rho * rho + d4 * d4)
+    rho = sqrt(max(beyond, 0.0))
+    if rho < 0.5 * MERGED * abs(d4):
+        rho = 0.0
     found = 0
-    shoulders = 1 if rho < 0.5 * MERGED * abs(d4) else 2
-    for shoulder in range(shoulders):
-        # the wrist lies at x = -rho (left) or rho (right) in frame 1, d4 along its z
-        side = -rho if shoulder == 0 else rho
-        c1, s1 = (side * px - d4 * py) * scale, (side * py + d4 * px) * scale
-        q1 = atan2(s1, c1)
-        yn, yo = c1 * t[r + 1, 0] - s1 * t[r, 0], c1 * t[r + 1, 1] - s1 * t[r, 1]
-        ya = c1 * ay - s1 * ax
-        s5 = sqrt(yn * yn + yo * yo)
-        x = (c1 * t[r, 0] + s1 * t[r + 1, 0], c1 * t[r, 1] + s1 * t[r + 1, 1], c1 * ax + s1 * ay)
-        length = 1.0 / sqrt(s5 * s5 + ya * ya)
-        if s5 <= STRAIGHT:
-            q6 = q6_free
-            c6, s6 = cos(q6), sin(q6)
-            c5 = 1.0 if ya < 0.0 else -1.0
-            found |= SINGULAR | arm_branches(
-                q, at, 4 * shoulder, q1, 0.0 if ya < 0.0 else pi, q6, c6, s6, c1, s1,
-                (x[0], t[r + 2, 0], x[1], t[r + 2, 1], x[2], t[r + 2, 2], side, pz - k[D1],
-                 c5, 0.0), k)
-        else:
-            q5, q6 = atan2(s5, -ya), atan2(yo, -yn)
-            c6, s6 = -yn / s5, yo / s5
-            c5, s5 = -ya * length, s5 * length
-            plane = (x[0], t[r + 2, 0], x[1], t[r + 2, 1], x[2], t[r + 2, 2], side, pz - k[D1],
-                     c5, s5)
-            found |= arm_branches(q, at, 4 * shoulder, q1, q5, q6, c6, s6, c1, s1, plane, k)
-            plane = (x[0], t[r + 2, 0], x[1], t[r + 2, 1], x[2], t[r + 2, 2], side, pz - k[D1],
-                     c5, -s5)
-            found |= arm_branches(q, at, 4 * shoulder + 1, q1, -q5, wrapped(q6 + pi), -c6, -s6,
-                                  c1, s1, plane, k)
+    for attempt in range(2):
+        scale = 1.0 / (rho * rho + d4 * d4)
+        # the origin of frame 5 lies at x = -rho (left) or rho (right) in frame 1, d4 along its z
+        for shoulder in range(2 if rho > 0.0 else 1):
+            side = -rho if shoulder == 0 else rho
+            found |= wrists(t, r, q6_free, k, q, at, shoulder, (side * px - d4 * py) * scale,
+                            (side * py + d4 * px) * scale, side)
+        if attempt or found or rho > ABOVE_AXIS:
+            break
+        # above axis 1 rounding moves rho a lot; a little more of it may bring back into reach
+        rho += 0.2 * ABOVE_AXIS
     return found
 
 

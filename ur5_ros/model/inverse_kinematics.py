@@ -136,7 +136,7 @@ def inverse_kinematics_batch(
     poses = finite_array('T', T, (4, 4))
     lead = poses.shape[:-2]
     count = prod(lead)
-    free = np.ascontiguousarray(np.broadcast_to(finite_array('q6', q6, ()), lead)).reshape(-1)
+    free = np.ascontiguousarray(np.broadcast_to(finite_array('q6', q6, ()), lead).reshape(-1))
     q, valid = empty((*lead, 8, 6)), empty((*lead, 8), dtype=bool)
     if count:
         code = kernels.solve.run(count, [poses.reshape(-1, 4), free], [arm.constants],

@@ -73,11 +73,10 @@ def _trouble(i: int, poses: np.ndarray, met: np.ndarray, q: np.ndarray, step: np
     if met[i] == 1.0:
         return f'pose {i} of the path is {unreachable(poses[i], arm)}'
     if met[i] == 2.0:
-        q_before = q[i - 1] - arm.angle_offset
-        room = np.minimum(q_before - limits.lower, limits.upper - q_before)
-        joint = int(np.argmin(room))
-        return (f'pose {i} of the path lies outside the limits: joint {joint + 1} stands at '
-                f'{q_before[joint]:.4f} rad before it, limits {limits.lower[joint]:.4f} to '
+        wanted = q[i] - arm.angle_offset
+        joint = int(np.argmax(np.maximum(limits.lower - wanted, wanted - limits.upper)))
+        return (f'pose {i} of the path lies outside the limits: joint {joint + 1} would stand at '
+                f'{wanted[joint]:.4f} rad, limits {limits.lower[joint]:.4f} to '
                 f'{limits.upper[joint]:.4f} rad; start a turn away or give another path')
     joint = int(np.argmax(step[i]))
     return (f'pose {i} of the path needs a jump: joint {joint + 1} would turn '

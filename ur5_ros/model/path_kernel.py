@@ -16,7 +16,7 @@ def follow(t, start, lower, upper, k, out):
     Write for every pose the solution nearest to that of the pose before.
 
     Rows of ``out`` are six angles and what was met: 0, 1 unreachable, 2 outside the limits, and
-    -1 where the pose is not rigid.  Where a row has no solution the one before is carried on.
+    -1 where the pose is not rigid.  Where there is no solution the one before is carried on.
     """
     slots = np.empty((8, 6))
     last = np.empty(6)
@@ -28,7 +28,7 @@ def follow(t, start, lower, upper, k, out):
             found = branches(t, 4 * i, last[5], k, slots, 0)
         else:
             out[i, 6] = -1.0
-        best, outside = inf, False
+        best = inf
         for slot in range(8):
             if not found >> slot & 1:
                 continue
@@ -39,13 +39,13 @@ def follow(t, start, lower, upper, k, out):
                 slots[slot, j] = x
                 inside = inside and lower[j] - 1e-9 <= x <= upper[j] + 1e-9
                 way += (x - last[j]) ** 2
-            outside = outside or not inside
-            if inside and way < best:
+            if way < best:
                 best = way
                 out[i, :6] = slots[slot]
+                out[i, 6] = 0.0 if inside else 2.0
         if best == inf:
             out[i, :6] = last
             if out[i, 6] == 0.0:
-                out[i, 6] = 2.0 if outside else 1.0
+                out[i, 6] = 1.0
         last[:] = out[i, :6]
     return 0
