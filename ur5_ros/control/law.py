@@ -134,7 +134,7 @@ def effort_scale(total: np.ndarray, added: np.ndarray, limit: np.ndarray) -> flo
 
     """
     room = limit - np.sign(total) * added
-    with np.errstate(divide='ignore', invalid='ignore'):
+    with np.errstate(divide='ignore', invalid='ignore', over='ignore'):
         factor = np.where(total != 0.0, room / np.abs(total), np.inf)
     return float(min(1.0, max(0.0, factor.min())))
 

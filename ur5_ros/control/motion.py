@@ -81,6 +81,11 @@ class Sampled:
         self._q, self._qd, self._qdd = (_fixed(array) for array in table)
         self._between = between
 
+    @property
+    def table(self) -> Reference:
+        """The rows of all control periods, shapes (n, 6)."""
+        return Reference(self._q, self._qd, self._qdd)
+
     def at(self, time: int) -> Reference:
         """Return the row of the table, or the formula's value off the grid."""
         t, index = seconds(time, self._rate)

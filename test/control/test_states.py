@@ -1,0 +1,154 @@
+"""States that cannot be believed, clocks that jump, limits passed: held safely, and said so."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ur5_ros.control.controller import Controller
+from ur5_ros.errors import Refusal
+from ur5_ros.signals import JOINT_NAMES, ArmState
+
+RATE = 500
+HOME = np.deg2rad([20.0, -75.0, 90.0, -105.0, -80.0, 15.0])
+ZERO = np.zeros(6)
+
+
+def state(k, q=HOME, qd=ZERO):
+    return ArmState(k * 2_000_000, np.array(q, dtype=float), np.array(qd, dtype=float), ZERO)
+
+
+def same(one, two):
+    return all(a.tobytes() == b.tobytes() for a, b in
+               zip((*one.torque, *one.reference), (*two.torque, *two.reference), strict=True))
+
+
+def test_a_copy_of_a_state_gets_the_same_answer_and_moves_nothing_on():
+    one, two = Controller({}, RATE), Controller({}, RATE)
+    for controller in (one, two):
+        controller.update(state(1))
+        controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    for k in range(2, 200):
+        answer = one.update(state(k))
+        assert one.update(state(k)) is answer
+        assert one.update(state(k, HOME + 0.01)) is answer
+        assert same(answer, two.update(state(k)))
+
+
+def test_a_single_state_that_jumps_is_not_believed_and_the_motion_goes_on():
+    one, two = Controller({}, RATE), Controller({}, RATE)
+    for controller in (one, two):
+        controller.update(state(1))
+        controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    for k in range(2, 300):
+        glitch = state(k, HOME + [0, 0, 2.0, 0, 0, 0]) if k == 100 else state(k)
+        assert same(one.update(glitch), two.update(state(k)))
+    assert one.status()['unbelieved_states'] == 1
+    assert 'joint 3 jumped by 2.0000 rad' in one.status()['last_doubt']
+
+
+@pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
+def test_a_state_that_is_not_finite_is_answered_from_the_last_good_one(bad):
+    controller = Controller({}, RATE)
+    good = controller.update(state(1))
+    torn = HOME.copy()
+    torn[2] = bad
+    for torn_state in (state(2, torn), state(3, HOME, torn)):
+        answer = controller.update(torn_state)
+        assert np.all(np.isfinite(answer.torque.total))
+        assert_allclose(answer.torque.total, good.torque.total)
+    assert same(controller.update(state(4)), good)
+
+
+def test_with_nothing_to_believe_there_is_no_answer():
+    controller = Controller({}, RATE)
+    with pytest.raises(Refusal, match='not finite at stamp 2000000 ns; not answered'):
+        controller.update(state(1, HOME * np.nan))
+    controller.update(state(2))
+    for k in range(3, 13):
+        controller.update(state(k, HOME * np.nan))
+    with pytest.raises(Refusal, match='not answered'):
+        controller.update(state(13, HOME * np.nan))
+    assert controller.update(state(14)).status == 'holding'
+
+
+def test_an_arm_that_was_moved_is_held_where_it_is_now():
+    controller = Controller({}, RATE)
+    controller.update(state(1))
+    controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    for k in range(2, 100):
+        controller.update(state(k))
+    elsewhere = HOME - 1.0  # a reset of the simulator
+    controller.update(state(100, elsewhere))
+    answer = controller.update(state(101, elsewhere))
+    assert_allclose(answer.reference.q, elsewhere)
+    assert answer.status == 'holding'
+    assert 'jumped by' in controller.status()['detail']
+
+
+@pytest.mark.parametrize(('stamp', 'words'), [
+    (1, 'clock went back by 0.198000 s'),
+    (10_000, 'clock jumped ahead by 19.800000 s'),
+])
+def test_a_clock_that_jumps_ends_the_motion_and_the_arm_is_held(stamp, words):
+    controller = Controller({'experiment': 'joint_step', 'autostart': True}, RATE)
+    for k in range(1, 101):
+        controller.update(state(k))
+    assert controller.status()['state'] == 'moving'
+    answer = controller.update(state(stamp, HOME + 0.05))
+    assert answer.status == 'holding'
+    assert_allclose(answer.reference.q, HOME + 0.05)
+    assert words in controller.status()['detail']
+
+
+def test_states_missing_in_between_do_not_change_the_reference():
+    every, third = Controller({}, RATE), Controller({}, RATE)
+    for controller in (every, third):
+        controller.update(state(1))
+        controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    for k in range(2, 602):
+        answer = every.update(state(k))
+        if k % 3 == 1:
+            assert same(third.update(state(k)), answer)
+
+
+def test_it_says_when_states_are_missing_and_when_they_are_back():
+    controller = Controller({}, RATE)
+    assert controller.status()['state'] == 'waiting for states'
+    controller.update(state(1))
+    assert controller.status()['state'] == 'holding'
+    controller.lose_states()
+    assert controller.status()['state'] == 'waiting for states'
+    controller.update(state(2))
+    assert controller.status()['state'] == 'holding'
+
+
+@pytest.mark.parametrize('beyond', [
+    state(50, [*HOME[:5], 6.3], ZERO),
+    state(50, [*HOME[:5], 6.0], [0, 0, 0, 0, 0, 3.2]),
+])
+def test_a_joint_beyond_a_limit_stops_the_motion_until_something_new_is_asked(beyond):
+    controller = Controller({'max_velocity': [3.0]}, RATE)
+    near = np.array([*HOME[:5], 6.0])
+    controller.update(state(1, near))
+    controller.target_joints(JOINT_NAMES, [*HOME[:5] + 1.0, 6.0])
+    for k in range(2, 50):
+        controller.update(state(k, near))
+    last = controller.update(beyond)
+    assert last.status == 'stopped by a limit'
+    assert 'wrist_3_joint at' in controller.status()['detail']
+    for k in range(51, 600):
+        answer = controller.update(beyond._replace(stamp=k * 2_000_000))
+        assert np.abs(answer.reference.qd - last.reference.qd).max() <= 2.0 / RATE + 1e-9
+        last = answer
+    assert answer.status == 'stopped by a limit'
+    assert not answer.reference.qd.any()
+    controller.target_joints(JOINT_NAMES, near)
+    assert controller.update(state(600, beyond.q)).status == 'moving'
+
+
+def test_the_status_is_made_of_numbers_and_texts():
+    controller = Controller({}, RATE)
+    for _ in range(2):
+        for value in controller.status().values():
+            assert isinstance(value, str | int | float)
+        controller.update(state(1))
