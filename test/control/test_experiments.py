@@ -8,6 +8,7 @@ from ur5_ros.control.experiment import experiment_motion, initial_positions
 from ur5_ros.control.tool_motion import singularity_distance
 from ur5_ros.errors import Refusal
 from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.model.regressor import dynamics_regressor
 from ur5_ros.signals import stamp_of_period
 
 RATE = 500
@@ -48,7 +49,9 @@ def test_every_experiment_can_be_run_by_every_arm_of_its_size(name, arm_name):
     arm = load_arm(arm_name)
     t, q, qd, _ = table(name, arm_name, 100)
     assert np.all(np.abs(qd) < arm.limits.velocity)
-    assert singularity_distance(q, arm).min() > 0.02
+    assert np.all((q > arm.limits.lower) & (q < arm.limits.upper))
+    if load_experiment(name).kind.startswith('tool'):
+        assert singularity_distance(q, arm).min() > 0.02
 
 
 @pytest.mark.parametrize('name', SMOOTH)
@@ -117,6 +120,21 @@ def test_stamps_rounded_to_nanoseconds_stay_on_the_grid():
     for first in (1, 2, 3):  # the same period after starts whose stamps were rounded otherwise
         time = stamp_of_period(first + 1000, 300) - stamp_of_period(first, 300)
         assert motion.at(time).q.tobytes() == motion.at(round(1000 / 300 * 1e9)).q.tobytes()
+
+
+def test_the_exciting_trajectory_tells_all_parameters_apart():
+    t, q, qd, qdd = table('exciting', rate=20)
+    regressor = dynamics_regressor(q, qd, qdd, load_arm('ur5')).reshape(-1, 60)
+    friction = np.concatenate([np.stack([np.diag(v), np.diag(np.sign(v))]).transpose(1, 0, 2)
+                               .reshape(6, 12) for v in qd])
+    random = np.random.default_rng(1).uniform(-3.0, 3.0, size=(3, 300, 6))
+    everything = dynamics_regressor(*random, load_arm('ur5')).reshape(-1, 60)
+    rank = np.linalg.matrix_rank(everything, tol=1e-6)
+    assert np.linalg.matrix_rank(regressor, tol=1e-6) == rank == 36
+    full = np.hstack([regressor, friction])
+    scale = np.linalg.norm(full, axis=0)
+    values = np.linalg.svd(full / np.where(scale > 0.0, scale, 1.0), compute_uv=False)
+    assert values[0] / values[rank + 12 - 1] < 100.0
 
 
 def test_a_file_of_ones_own_is_an_experiment(tmp_path):
