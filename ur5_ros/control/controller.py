@@ -23,7 +23,7 @@ from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.law import torque_of, warm_up, within_limits
 from ur5_ros.control.motion import Still
-from ur5_ros.control.plausibility import Arrival, StateGate, joint_beyond
+from ur5_ros.control.plausibility import Arrival, StateGate, bounds, joint_beyond
 from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
 from ur5_ros.control.timeline import Timeline
@@ -68,6 +68,7 @@ class Controller:
                 load_experiment(self.parameters['experiment']), self.arm,
                 self._settings.control_rate, self._settings.singularity_margin)
         self._gate = StateGate()
+        self._bounds = bounds(self.arm.limits)
         self._timeline = Timeline()
         self._goals = GoalWatch(self._names)
         self._answer: Answer | None = None
@@ -115,8 +116,10 @@ class Controller:
             self._judge(state, stamp)
         reference = self._timeline.at(stamp, settings.motion_limits)
         torque = torque_of(settings.mode, state, reference, self.arm, settings.gains)
-        before = None if last is None else last.torque.total
-        change = 0.0 if last is None else settings.torque_rate_limit * (stamp - last.stamp) * 1e-9
+        before, change = None, 0.0
+        if last is not None and settings.torque_rate_limit < np.inf:
+            before = last.torque.total
+            change = settings.torque_rate_limit * (stamp - last.stamp) * 1e-9
         torque, limited = within_limits(torque, settings.gravity_excluded, self.arm.limits.effort,
                                         before, change)
         if limited:
@@ -267,7 +270,7 @@ class Controller:
 
     def _watch_limits(self, state: ArmState, last: Answer) -> None:
         """Stop smoothly when a joint passes a limit of the arm in position or speed."""
-        joint = joint_beyond(state, self.arm.limits)
+        joint = joint_beyond(state, self._bounds)
         if joint is not None and not self._beyond:
             stop = smooth_stop(last.reference, self._settings.motion_limits)
             self._begin(plans.Plan(stop), 'stop', last.stamp)
