@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.series import Run
 from ur5_ros.errors import Refusal
 
 RATE = 25
@@ -16,10 +16,7 @@ KINDS = ('.png', '.mp4', '.gif')
 
 def render(run: Path, out: Path, progress: Callable[[float], None] = lambda share: None) -> Path:
     """
-    Draw a run.
-
-    A ``.png`` shows the moment in the middle of the run, an ``.mp4`` the run in real time, a
-    ``.gif`` the run in eight seconds.
+    Draw a recorded run; see :func:`draw`.
 
     Parameters
     ----------
@@ -41,26 +38,39 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
         If the ending is unknown, the file exists, or the run cannot be read.
 
     """
-    out = Path(out)
-    if out.suffix not in KINDS:
-        raise Refusal(f'{out}: unknown ending; give one of: {", ".join(KINDS)}')
-    if out.exists():
-        raise Refusal(f'{out} exists; remove it or name another file')
-    if not out.absolute().parent.is_dir():
-        raise Refusal(f'{out.absolute().parent}: no such folder; make it first')
-    try:
-        import imageio_ffmpeg  # noqa: F401
-        import PIL  # noqa: F401
-    except ImportError:
-        raise Refusal('pictures need Pillow and imageio-ffmpeg; install them with: '
-                      'pip install "ur5_ros[view]"') from None
+    out = _allowed(Path(out))
+    from ur5_ros.analysis.run import load_run
+    return draw(load_run(run), out, progress)
+
+
+def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: None) -> Path:
+    """
+    Draw a run.
+
+    A ``.png`` shows the moment in the middle of the run, an ``.mp4`` the run in real time, a
+    ``.gif`` the run in eight seconds at most.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    out : pathlib.Path
+        File to write.
+    progress : callable
+        Told the share that is done, 0 to 1.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    """
     from ur5_ros.sim.camera import Camera
     from ur5_ros.viewer.frame import Frames
     from ur5_ros.viewer.track import arm_of, drawable, track, tree_of
 
-    recorded = load_run(run)
-    arm = drawable(arm_of(recorded))
-    rows = track(recorded, tree_of(arm))
+    arm = drawable(arm_of(run))
+    rows = track(run, tree_of(arm))
     size, strips = {'.png': ((1200, 800), 220), '.mp4': ((800, 520), 160),
                     '.gif': ((480, 320), 110)}[out.suffix]
     camera = Camera(arm, *size)
@@ -75,6 +85,22 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
             _animation(frames, _rows(rows.t, GIF_RATE, speed), out, progress)
     finally:
         camera.close()
+    return out
+
+
+def _allowed(out: Path) -> Path:
+    if out.suffix not in KINDS:
+        raise Refusal(f'{out}: unknown ending; give one of: {", ".join(KINDS)}')
+    if out.exists():
+        raise Refusal(f'{out} exists; remove it or name another file')
+    if not out.absolute().parent.is_dir():
+        raise Refusal(f'{out.absolute().parent}: no such folder; make it first')
+    try:
+        import imageio_ffmpeg  # noqa: F401
+        import PIL  # noqa: F401
+    except ImportError:
+        raise Refusal('pictures need Pillow and imageio-ffmpeg; install them with: '
+                      'pip install "ur5_ros[view]"') from None
     return out
 
 

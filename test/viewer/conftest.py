@@ -1,0 +1,14 @@
+"""One short run of plant and law, shown by every test here."""
+
+import pytest
+
+from ur5_ros.loop.closed_loop import run_closed_loop
+from ur5_ros.loop.loop_run import as_run
+from ur5_ros.loop.plan import plan_run
+
+
+@pytest.fixture(scope='session')
+def run():
+    """Return six seconds of the paper's experiment at 250 Hz."""
+    return as_run(run_closed_loop(plan_run(control_rate=250, physics_rate=250, duration=6.0)),
+                  'six_seconds')
