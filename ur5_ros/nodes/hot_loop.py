@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
-from rclpy.event_handler import EventHandler
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -18,12 +17,17 @@ class ReservedGroup(CallbackGroup):
     """The callback group that no executor may touch: its messages belong to the loop."""
 
     def can_execute(self, entity: Any) -> bool:
-        """Return False, so that the executor leaves it alone, for all but QoS events."""
-        return isinstance(entity, EventHandler)
+        """
+        Return False, so that the executor leaves it alone.
+
+        This holds for QoS events too: Fast DDS wakes whoever waits for them with every message.
+
+        """
+        return False
 
     def beginning_execution(self, entity: Any) -> bool:
-        """Return whether it may."""
-        return self.can_execute(entity)
+        """Return False, as it never may."""
+        return False
 
     def ending_execution(self, entity: Any) -> None:
         """Do nothing."""

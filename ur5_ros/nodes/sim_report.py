@@ -3,7 +3,7 @@
 from typing import Any
 
 from ur5_ros.nodes.diagnostics import ERROR, OK, WARN
-from ur5_ros.nodes.topics import other_types
+from ur5_ros.nodes.topics import deaf_to
 
 
 def check_publishers(sim: Any) -> None:
@@ -14,7 +14,7 @@ def check_publishers(sim: Any) -> None:
         names[topic] = [(each.node_namespace.rstrip('/') + '/' + each.node_name)
                         for each in found]
     sim.gate.publishers(names)
-    for sentence in other_types(sim.node, sim.topics):
+    for sentence in deaf_to(sim.node, sim.topics):
         sim.inputs.refusals.add(*sentence)
 
 

@@ -48,8 +48,8 @@ class Topics:
         self._recording = recording
         self.names: dict[str, str] = {}
         """Role to resolved name, for the bag's description."""
-        self.types: dict[str, str] = {}
-        """Resolved name to type."""
+        self.heard: dict[str, tuple[str, ReliabilityPolicy]] = {}
+        """Resolved name of each subscription to its type and reliability."""
 
     def publisher(
         self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
@@ -75,12 +75,12 @@ class Topics:
         self, role: str, topic: str, message_type: type, qos: QoSProfile = HEARD,
     ) -> tuple[int, int]:
         """Subscribe; return the number under which messages come and that to record them under."""
-        return (self._loop.subscribe(message_type, topic, qos),
-                self._record(role, topic, message_type, qos))
+        record = self._record(role, topic, message_type, qos)
+        self.heard[self.names[role]] = (type_name(message_type), qos.reliability)
+        return self._loop.subscribe(message_type, topic, qos), record
 
     def _record(self, role: str, topic: str, message_type: type, qos: QoSProfile) -> int:
         self.names[role] = self._node.resolve_topic_name(topic)
-        self.types[self.names[role]] = type_name(message_type)
         return self._recording.topic(
             self.names[role], type_name(message_type), _word(qos.reliability),
             _word(qos.durability), qos.depth)
@@ -91,9 +91,9 @@ def make_loop(node: Node, kind: str) -> Any:
     return {'wait_set': WaitSetLoop, 'executor': ExecutorLoop}[kind](node)
 
 
-def other_types(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
+def deaf_to(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
     """
-    Return who publishes another type on a topic of ours; such messages never arrive.
+    Return who publishes on a topic of ours what can never arrive.
 
     Returns
     -------
@@ -101,11 +101,17 @@ def other_types(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
         Topic, kind of refusal, sentence.
 
     """
-    return [
-        (name, 'other type', f'{each.node_name} publishes {each.topic_type} there; '
-         f'publish {wanted}')
-        for name, wanted in topics.types.items()
-        for each in node.get_publishers_info_by_topic(name) if each.topic_type != wanted]
+    found = []
+    for name, (wanted, reliability) in topics.heard.items():
+        for each in node.get_publishers_info_by_topic(name):
+            if each.topic_type != wanted:
+                found.append((name, 'other type', f'{each.node_name} publishes {each.topic_type} '
+                              f'there; publish {wanted}'))
+            elif (reliability, each.qos_profile.reliability) == (
+                    ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT):
+                found.append((name, 'incompatible QoS', f'{each.node_name} publishes best effort '
+                              'there; publish reliable'))
+    return found
 
 
 def _word(policy: Any) -> str:
