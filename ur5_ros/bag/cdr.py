@@ -21,6 +21,7 @@ NANOSECONDS = 1_000_000_000
 _FLOAT = np.dtype(np.float64)
 _frombuffer = np.frombuffer
 _stamp = Struct('<iI')
+_pack_stamp = _stamp.pack
 
 
 def _stamp_bytes(stamp: int) -> bytes:
@@ -34,15 +35,18 @@ def _stamp_from(data: bytes) -> int:
     return seconds * NANOSECONDS + nanoseconds
 
 
-def _doubles(values: Sequence[float] | np.ndarray, number: int, name: str) -> bytes:
-    """Return float64 little-endian bytes, after checking how many."""
+def _doubles(values: Sequence[float] | np.ndarray) -> bytes:
+    """Return float64 little-endian bytes."""
     if type(values) is np.ndarray and values.dtype is _FLOAT:
-        data = values.tobytes()
-    else:
-        data = np.asarray(values, _FLOAT).tobytes()
-    if len(data) != 8 * number:
-        raise ValueError(f'{name} has {len(data) // 8} numbers; this layout has {number}')
-    return data
+        return values.tobytes()
+    return np.asarray(values, _FLOAT).tobytes() if len(values) else b''
+
+
+def _check(counts: dict[str, int], *given: bytes) -> None:
+    """Refuse fields that have another number of values than the layout."""
+    for (name, number), data in zip(counts.items(), given, strict=True):
+        if len(data) != 8 * number:
+            raise ValueError(f'{name} has {len(data) // 8} numbers; this layout has {number}')
 
 
 class FixedJointState:
@@ -75,6 +79,8 @@ class FixedJointState:
         self.size = layout.size
         """Length of a message in bytes: 316 for the six joints of the UR arms."""
         self.matches = layout.matches
+        self._fill = layout.fill
+        self._sizes = tuple(8 * number for number in self._counts.values())
         self._places = [(layout.holes.get(field, (0,))[0], number)
                         for field, number in self._counts.items()]
 
@@ -95,12 +101,10 @@ class FixedJointState:
             If the number of values is not the layout's.
 
         """
-        holes = [_stamp_bytes(stamp)]
-        given = (position, velocity, effort)
-        for values, (name, number) in zip(given, self._counts.items(), strict=True):
-            if number or len(values):
-                holes.append(_doubles(values, number, name))
-        return self.layout.fill(holes)
+        q, qd, tau = _doubles(position), _doubles(velocity), _doubles(effort)
+        if (len(q), len(qd), len(tau)) != self._sizes:
+            _check(self._counts, q, qd, tau)
+        return self._fill(_pack_stamp(*divmod(stamp, NANOSECONDS)), q, qd, tau)
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
         """
@@ -150,12 +154,9 @@ class FixedTrajectoryPoint:
     def encode(self, stamp: int, positions=(), velocities=(), accelerations=(),
                effort=()) -> bytes:
         """Return the message as CDR bytes; stamp [ns], four arrays of shape (n,), SI units."""
-        holes = [_stamp_bytes(stamp)]
-        given = (positions, velocities, accelerations, effort)
-        for values, (name, number) in zip(given, self._counts.items(), strict=True):
-            if number or len(values):
-                holes.append(_doubles(values, number, name))
-        return self.layout.fill([*holes, bytes(8)])
+        given = tuple(map(_doubles, (positions, velocities, accelerations, effort)))
+        _check(self._counts, *given)
+        return self.layout.fill(_stamp_bytes(stamp), *given, bytes(8))
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (stamp [ns], positions, velocities, accelerations, effort), read-only views."""
@@ -178,9 +179,9 @@ class FixedPose:
 
     def encode(self, stamp: int, position, quaternion) -> bytes:
         """Return the message: stamp [ns], position (3,) [m], quaternion (4,) as x, y, z, w."""
-        return self.layout.fill([_stamp_bytes(stamp),
-                                 _doubles(position, 3, 'position')
-                                 + _doubles(quaternion, 4, 'quaternion')])
+        given = (_doubles(position), _doubles(quaternion))
+        _check({'position': 3, 'quaternion': 4}, *given)
+        return self.layout.fill(_stamp_bytes(stamp), b''.join(given))
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray]:
         """Return (stamp [ns], position (3,), quaternion (4,) as x, y, z, w), read-only views."""

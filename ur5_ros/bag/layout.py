@@ -21,7 +21,8 @@ class Layout:
         self.template = bytearray(LITTLE_ENDIAN)
         self.mask = bytearray(b'\xff\xff\x00\x00')
         self.holes: dict[str, tuple[int, str, int]] = {}
-        """Name -> (offset, numpy type of one number, count)."""
+        """Name -> (offset, numpy type of one number, count), without those of no number."""
+        self._edges: list[tuple[int, int]] = []
 
     def align(self, size: int) -> None:
         """Pad with zeros up to a multiple of ``size``."""
@@ -53,11 +54,11 @@ class Layout:
 
     def hole(self, name: str, kind: str, number: int) -> None:
         """Append ``number`` values of numpy type ``kind`` that differ between messages."""
-        if number == 0:
-            return
         width = np.dtype(kind).itemsize
-        self.align(width)
-        self.holes[name] = (len(self.template), kind, number)
+        if number:
+            self.align(width)
+            self.holes[name] = (len(self.template), kind, number)
+        self._edges.append((len(self.template), len(self.template) + width * number))
         self.template += bytes(width * number)
         self.mask += bytes(width * number)
 
@@ -73,15 +74,14 @@ class Layout:
         self._expected = int.from_bytes(self.template, 'little') & self._mask
         self._parts = []
         at = 0
-        for offset, kind, number in self.holes.values():
-            end = offset + np.dtype(kind).itemsize * number
-            self._parts += [bytes(self.template[at:offset]), b'']
+        for begin, end in self._edges:
+            self._parts += [bytes(self.template[at:begin]), b'']
             at = end
         self._parts.append(bytes(self.template[at:]))
         return self
 
-    def fill(self, holes: Sequence[bytes]) -> bytes:
-        """Return a message: the contents of the holes, in their order, set into the template."""
+    def fill(self, *holes: bytes) -> bytes:
+        """Return a message: the contents of all holes, in their order, set into the template."""
         parts = self._parts.copy()
         parts[1::2] = holes
         return b''.join(parts)

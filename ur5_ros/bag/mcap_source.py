@@ -57,6 +57,8 @@ class McapSource:
         """Messages of each channel, as counted by the last whole pass."""
         self.summary: Summary | None = None
         self._definitions = FileDefinitions(path, report)
+        if path.exists() and not path.is_file():
+            raise BagProblem(f'{path}: no file')  # a pipe would be waited for
         try:
             self.size = path.stat().st_size
             with open(path, 'rb') as file:

@@ -40,7 +40,7 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, list[M
         raise Refusal(f'{path}: no such bag; give a folder with {NAME}, or an .mcap file')
     present = sorted(path.glob('*.mcap'), key=_natural)
     information = None
-    if (path / NAME).exists():
+    if (path / NAME).is_file():
         try:
             information = read_metadata(path)
         except BagProblem as problem:
@@ -48,7 +48,7 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, list[M
                 raise
             report(str(problem))
     elif present:
-        report(f'{path}: no {NAME}, the recording was ended before it was closed; '
+        report(f'{path}: no file {NAME}, the recording was ended before it was closed; '
                'mend it with: ur5 recover')
     if information and (information.storage_identifier != 'mcap' or information.compression_mode):
         from ur5_ros.bag.rosbags_source import RosbagsSource
