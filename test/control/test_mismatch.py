@@ -64,7 +64,8 @@ def test_ten_times_the_stiffness_leaves_a_tenth_of_the_error():
 
 
 def test_on_the_papers_profile_it_stays_stable():
-    controller = Controller({'arm': 'ur5_real', 'experiment': 'kebria_fig11', 'autostart': True}, 1000)
+    controller = Controller(
+        {'arm': 'ur5_real', 'experiment': 'kebria_fig11', 'autostart': True}, 1000)
     plant = plant_from_parameters(complete(
         SIM_PARAMETERS, UNKNOWN | {'friction.coulomb': COULOMB.tolist()}))
     try:

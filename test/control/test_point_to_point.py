@@ -71,7 +71,8 @@ def test_staying_where_one_is_takes_no_time():
 
 def test_a_target_beyond_a_limit_is_refused_by_name():
     still = Reference(np.zeros(6), np.zeros(6), np.zeros(6))
-    with pytest.raises(Refusal, match='elbow_joint would go to 6.5000 rad; its limits are -6.2832'):
+    words = 'elbow_joint would go to 6.5000 rad; its limits are -6.2832'
+    with pytest.raises(Refusal, match=words):
         point_to_point(still, np.array([0.0, 0.0, 6.5, 0.0, 0.0, 0.0]), LIMITS, ARM)
 
 

@@ -13,13 +13,13 @@ from ur5_ros.config.experiments import (
     ToolWaves,
 )
 from ur5_ros.control.cartesian_path import straight_legs
-from ur5_ros.control.motion import Motion, Sampled, grid
-from ur5_ros.control.profile import ToolSamples, tool_circle, tool_waves, waves, window
+from ur5_ros.control.motion import SECOND, Motion, Sampled, Step, grid
+from ur5_ros.control.profile import ToolSamples, joint_waves, tool_circle, tool_waves
 from ur5_ros.control.tool_motion import Branch, check_limits, follow, tool_motion
 from ur5_ros.errors import Refusal
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.signals import JOINT_NAMES, Reference
+from ur5_ros.signals import Reference
 
 #: Grid points beyond which no table is made [count]; the formulas are then asked every time.
 _LARGEST_TABLE = 500_000
@@ -52,11 +52,13 @@ def initial_positions(spec: Experiment, arm: ArmParameters) -> np.ndarray:
 
     """
     zero = np.zeros(1)
-    if isinstance(spec, JointWaves | JointStep):
-        begin = _joint_samples(spec, zero)
+    if isinstance(spec, JointStep):
+        begin = _step(spec, arm).at(0).q
+    elif isinstance(spec, JointWaves):
+        begin = joint_waves(zero, spec).q[0]
     else:
-        begin, _ = follow(_tool_samples(spec, zero, arm), zero, _start(spec), arm, 0.0)
-    return begin.q[0] + np.array(spec.initial_error)
+        begin = follow(_tool_samples(spec, zero, arm), zero, _start(spec), arm, 0.0)[0].q[0]
+    return begin + np.array(spec.initial_error)
 
 
 def experiment_motion(
@@ -93,13 +95,13 @@ def experiment_motion(
     """
     rate = min(control_rate, int(_LARGEST_TABLE / spec.duration))
     try:
-        if isinstance(spec, JointWaves | JointStep):
+        if isinstance(spec, JointStep):
+            return ExperimentMotion(_step(spec, arm), None)
+        if isinstance(spec, JointWaves):
             times = grid(spec.duration, rate)
-            table = _joint_samples(spec, times)
+            table = joint_waves(times, spec)
             check_limits(table, times, arm)
-            return ExperimentMotion(
-                Sampled(spec.duration, rate, table,
-                        lambda t, _: _joint_samples(spec, np.array([t]))), None)
+            return ExperimentMotion(Sampled(times, rate, table), None)
         motion, branch = tool_motion(lambda times: _tool_samples(spec, times, arm),
                                      spec.duration, rate, _start(spec), arm, singularity_margin)
     except Refusal as refusal:
@@ -129,12 +131,8 @@ def _tool_samples(
     return straight_legs(poses, np.arange(len(spec.corners)) * spec.leg_time)(times)
 
 
-def _joint_samples(spec: JointWaves | JointStep, times: np.ndarray) -> Reference:
-    start = _start(spec)
-    if isinstance(spec, JointStep):
-        q = start + np.where(times[:, None] < spec.at, 0.0, np.array(spec.step))
-        return Reference(q, np.zeros_like(q), np.zeros_like(q))
-    weight = window(times, spec.duration, spec.ramp, spec.ramp_down)
-    curves = [waves(times, spec.joints.get(name, []), weight) for name in JOINT_NAMES]
-    q, qd, qdd = (np.stack([curve[part] for curve in curves], axis=-1) for part in range(3))
-    return Reference(start + q, qd, qdd)
+def _step(spec: JointStep, arm: ArmParameters) -> Step:
+    before = _start(spec)
+    q = np.array([before, before + np.array(spec.step)])
+    check_limits(Reference(q, np.zeros_like(q), np.zeros_like(q)), np.array([0.0, spec.at]), arm)
+    return Step(q[0], q[1], round(spec.at * SECOND), round(spec.duration * SECOND))

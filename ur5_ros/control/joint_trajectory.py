@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.control.motion import SECOND
+from ur5_ros.control.quintic import powers, quintic
 from ur5_ros.control.tool_motion import check_limits
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters
@@ -48,9 +49,9 @@ class JointSpline:
         if time >= self.duration:
             return self._end
         i = bisect_right(self._knots, time) - 1
-        q, qd, qdd = _powers((time - self._knots[i]) / SECOND) @ self.coefficients[i]
+        q, qd, qdd = powers((time - self._knots[i]) / SECOND) @ self.coefficients[i]
         if self.bridge is not None and time < self.bridge[0] * SECOND:
-            dq, dqd, dqdd = _powers(time / SECOND) @ self.bridge[1]
+            dq, dqd, dqdd = powers(time / SECOND) @ self.bridge[1]
             return Reference(q + dq, qd + dqd, qdd + dqdd)
         return Reference(q, qd, qdd)
 
@@ -62,7 +63,7 @@ class JointSpline:
             return self
         bridge = JointSpline(self._knots, self.coefficients, self._end)
         length = min(_LONGEST_BRIDGE, self._knots[1] / SECOND)
-        bridge.bridge = (length, _quintic(gap, Reference(zero, zero, zero), length))
+        bridge.bridge = (length, quintic(gap, Reference(zero, zero, zero), length))
         return bridge
 
 
@@ -212,30 +213,8 @@ def _segment(start: tuple, end: tuple, length: float) -> np.ndarray:
         rows[2] = (3.0 * (q1 - q0) / length - 2.0 * v0 - v1) / length
         rows[3] = (-2.0 * (q1 - q0) / length + v0 + v1) / length**2
     else:
-        return _quintic(Reference(q0, v0, a0), Reference(q1, v1, a1), length)
+        return quintic(Reference(q0, v0, a0), Reference(q1, v1, a1), length)
     return rows
-
-
-def _quintic(start: Reference, end: Reference, length: float) -> np.ndarray:
-    step = end.q - start.q - start.qd * length - start.qdd * length**2 / 2.0
-    slope = (end.qd - start.qd - start.qdd * length) * length
-    bend = (end.qdd - start.qdd) * length**2
-    return np.array([
-        start.q, start.qd, start.qdd / 2.0,
-        (10.0 * step - 4.0 * slope + 0.5 * bend) / length**3,
-        (-15.0 * step + 7.0 * slope - bend) / length**4,
-        (6.0 * step - 3.0 * slope + 0.5 * bend) / length**5,
-    ])
-
-
-def _powers(t: float) -> np.ndarray:
-    """Return the powers of t and their first two derivatives, shape (3, 6)."""
-    t2, t3 = t * t, t * t * t
-    return np.array([
-        (1.0, t, t2, t3, t2 * t2, t2 * t3),
-        (0.0, 1.0, 2.0 * t, 3.0 * t2, 4.0 * t3, 5.0 * t2 * t2),
-        (0.0, 0.0, 2.0, 6.0 * t, 12.0 * t2, 20.0 * t3),
-    ])
 
 
 def _from_now(coefficients: np.ndarray, times: list[int]) -> tuple[np.ndarray, list[int]]:

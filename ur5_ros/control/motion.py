@@ -1,10 +1,10 @@
 """Motions: what the reference is at an integer time since their start."""
 
-from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 
+from ur5_ros.control.quintic import powers, quintic
 from ur5_ros.signals import Reference
 
 SECOND = 1_000_000_000
@@ -60,40 +60,47 @@ class Still:
         return self._reference
 
 
-class Sampled:
-    """
-    A motion computed beforehand on the grid of control periods, exactly by ``between`` elsewhere.
+class Step:
+    """The reference stands, jumps once on purpose, and stands again."""
 
-    Grid and ``between`` come from the same formulas, so that a time gives the same bits either
-    way.
-
-    """
-
-    def __init__(
-        self,
-        duration: float,
-        rate: int,
-        table: Reference,
-        between: Callable[[float, np.ndarray], Reference],
-    ):
-        self.duration = round(duration * SECOND)
-        self._rate = rate
-        self._q, self._qd, self._qdd = (_fixed(array) for array in table)
-        self._between = between
-
-    @property
-    def table(self) -> Reference:
-        """The rows of all control periods, shapes (n, 6)."""
-        return Reference(self._q, self._qd, self._qdd)
+    def __init__(self, before: np.ndarray, after: np.ndarray, jump: int, duration: int):
+        self.duration = duration
+        self._before, self._after, self._jump = Still(before), Still(after), jump
 
     def at(self, time: int) -> Reference:
-        """Return the row of the table, or the formula's value off the grid."""
+        """Return the configuration before or, from the jump on, after it."""
+        return (self._before if time < self._jump else self._after).at(0)
+
+
+class Sampled:
+    """
+    A motion computed beforehand for every control period, smooth between the rows.
+
+    Between two rows the quintic that meets both in position, velocity and acceleration stands for
+    the motion: at a thousand rows a second the difference is below rounding.
+
+    """
+
+    def __init__(self, times: np.ndarray, rate: int, table: Reference):
+        self.duration = round(float(times[-1]) * SECOND)
+        self._times = times.tolist()
+        self._rate = rate
+        self._q, self._qd, self._qdd = (_fixed(array) for array in table)
+
+    def at(self, time: int) -> Reference:
+        """Return the row of the table, or what lies between two rows."""
         t, index = seconds(time, self._rate)
-        if index is not None and index < len(self._q):
-            return Reference(self._q[index], self._qd[index], self._qdd[index])
-        neighbour = min(int(t * self._rate), len(self._q) - 1)
-        q, qd, qdd = self._between(t, self._q[neighbour])
-        return Reference(q[0], qd[0], qdd[0])
+        if index is not None and index < len(self._times) and self._times[index] == t:
+            return self._row(index)
+        if time >= self.duration:
+            return self._row(-1)
+        index = min(int(t * self._rate), len(self._times) - 2)
+        length = self._times[index + 1] - self._times[index]
+        curve = quintic(self._row(index), self._row(index + 1), length)
+        return Reference(*(powers(t - self._times[index]) @ curve))
+
+    def _row(self, index: int) -> Reference:
+        return Reference(self._q[index], self._qd[index], self._qdd[index])
 
 
 class InSequence:
@@ -114,7 +121,7 @@ class InSequence:
 
 def grid(duration: float, rate: int) -> np.ndarray:
     """
-    Return the times of the control periods within a motion, both ends included.
+    Return the times of the control periods within a motion, and its end.
 
     Parameters
     ----------
@@ -126,10 +133,13 @@ def grid(duration: float, rate: int) -> np.ndarray:
     Returns
     -------
     numpy.ndarray, shape (n,)
-        i / rate [s].
+        i / rate [s] and at last ``duration``.
 
     """
-    return np.arange(int(duration * rate + 1e-6) + 1) / rate
+    times = np.arange(int(duration * rate + 1e-6) + 1) / rate
+    if duration - times[-1] < 1e-9:
+        return times
+    return np.append(times, duration)
 
 
 def _fixed(array: np.ndarray) -> np.ndarray:

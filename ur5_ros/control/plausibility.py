@@ -137,10 +137,8 @@ def joint_beyond(state: ArmState, bounds: list[tuple[float, float, float]]) -> i
         Its index, base to wrist.
 
     """
-    joint = 0
-    for q, qd, (lower, upper, speed) in zip(state.q.tolist(), state.qd.tolist(), bounds,
-                                            strict=True):
+    values = zip(state.q.tolist(), state.qd.tolist(), bounds, strict=True)
+    for joint, (q, qd, (lower, upper, speed)) in enumerate(values):
         if not (lower <= q <= upper and -speed <= qd <= speed):
             return joint
-        joint += 1
     return None

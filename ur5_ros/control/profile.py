@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.config.experiments import ToolCircle, ToolWaves, Wave
+from ur5_ros.config.experiments import JointWaves, ToolCircle, ToolWaves, Wave
+from ur5_ros.signals import JOINT_NAMES, Reference
 
 
 class Curve(NamedTuple):
@@ -144,6 +145,29 @@ def tool_waves(t: np.ndarray, spec: ToolWaves, start: np.ndarray) -> ToolSamples
         np.concatenate([np.stack([axis.acceleration for axis in axes], axis=-1),
                         _turned(start, alpha)], axis=-1),
     )
+
+
+def joint_waves(t: np.ndarray, spec: JointWaves) -> Reference:
+    """
+    Return the joints swinging about their start.
+
+    Parameters
+    ----------
+    t : numpy.ndarray, shape (n,)
+        Times [s].
+    spec : JointWaves
+        Waves of each joint [rad].
+
+    Returns
+    -------
+    Reference
+        Arrays of shape (n, 6).
+
+    """
+    weight = window(t, spec.duration, spec.ramp, spec.ramp_down)
+    curves = [waves(t, spec.joints.get(name, []), weight) for name in JOINT_NAMES]
+    q, qd, qdd = (np.stack([curve[part] for curve in curves], axis=-1) for part in range(3))
+    return Reference(np.deg2rad(spec.start_degrees) + q, qd, qdd)
 
 
 def tool_circle(t: np.ndarray, spec: ToolCircle, start: np.ndarray) -> ToolSamples:

@@ -161,42 +161,7 @@ def tool_motion(
     """
     times = grid(duration, rate)
     table, branch = follow(samples_at(times), times, near, arm, margin)
-
-    def between(t: float, close: np.ndarray) -> Reference:
-        return follow_near(samples_at(np.array([t])), close, branch, arm)
-
-    return Sampled(duration, rate, table, between), branch
-
-
-def follow_near(
-    samples: ToolSamples,
-    near: np.ndarray,
-    branch: Branch,
-    arm: ArmParameters,
-) -> Reference:
-    """
-    Return samples of a motion that :func:`follow` has accepted, at other times.
-
-    Parameters
-    ----------
-    samples : ToolSamples
-        n samples of the same motion.
-    near : numpy.ndarray, shape (6,)
-        An accepted configuration close in time, manufacturer's angles [rad].
-    branch : Branch
-        The branch followed.
-    arm : ArmParameters
-        The arm.
-
-    Returns
-    -------
-    Reference
-        Joint motion, arrays of shape (n, 6).
-
-    """
-    solutions, _ = inverse_kinematics_batch(samples.pose, arm)
-    q = solutions[:, branch.label] - arm.angle_offset
-    return differentiate(q + _TURN * np.round((near - q) / _TURN), samples, arm)
+    return Sampled(times, rate, table), branch
 
 
 def differentiate(q: np.ndarray, samples: ToolSamples, arm: ArmParameters) -> Reference:
