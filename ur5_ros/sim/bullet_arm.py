@@ -72,9 +72,9 @@ class BulletArm:
             pybullet.changeDynamics(body, joint, jointDamping=0.0, physicsClientId=client)
         pybullet.setJointMotorControlArray(body, self._joints, pybullet.VELOCITY_CONTROL,
                                            forces=_ZEROS, physicsClientId=client)
-        _, centre, axes, _ = link_bodies(arm)[5]
-        turn = pybullet.getMatrixFromQuaternion(pybullet.getQuaternionFromEuler(axes))
-        self._centre, self._axes = np.array(centre), np.array(turn).reshape(3, 3)
+        turn = pybullet.getMatrixFromQuaternion(
+            pybullet.getQuaternionFromEuler(link_bodies(arm)[5][2]))
+        self._axes = np.array(turn).reshape(3, 3)
         self.set_gravity(gravity)
 
     def set_gravity(self, gravity: np.ndarray) -> None:
@@ -108,8 +108,8 @@ class BulletArm:
 
     def jacobian(self, q: list[float], point: list[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return J(q) of a point of ``tool0``, linear rows first, in ``base``; (6, 6)."""
-        # PyBullet asks for points of a link in its inertial frame.
-        local = (self._axes.T @ (np.array(point) - self._centre)).tolist()
+        # PyBullet counts a point from the origin of the link, along its principal axes of inertia.
+        local = (self._axes.T @ point).tolist()
         linear, angular = pybullet.calculateJacobian(
             self._body, self._joints[-1], local, q, _ZEROS, _ZEROS, physicsClientId=self._client)
         return np.array(linear + angular)
