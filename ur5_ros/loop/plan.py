@@ -27,6 +27,11 @@ class Plan(NamedTuple):
     duration: float
     """Simulated time [s]."""
 
+    @property
+    def periods(self) -> int:
+        """How many states there are: the simulator ends with the one at ``stop_after``."""
+        return max(1, round(self.sim['stop_after'] * self.sim['control_rate']))
+
 
 def plan_run(
     experiment: str = 'kebria_fig11', arm: str = 'ur5', control_arm: str | None = None,
@@ -63,7 +68,7 @@ def plan_run(
     """
     control_arm = arm if control_arm is None else control_arm
     spec = _experiment(experiment)
-    if not _arm(arm).has_tensors:
+    if not arm_named(arm).has_tensors:
         raise Refusal(f'arm {arm} has point masses, which cannot be simulated; '
                       'give one with tensors, such as ur5_real')
     duration = float(spec.duration if duration is None else duration)
@@ -104,15 +109,16 @@ def check_rates(control_rate: int, physics_rate: int) -> None:
 
 
 @cache
+def arm_named(name: str) -> ArmParameters:
+    """Return an arm, read once a process; see :func:`ur5_ros.config.load_arm`."""
+    return load_arm(name)
+
+
+@cache
 def _experiment(name: str) -> Experiment:
     return load_experiment(name)
 
 
 @cache
-def _arm(name: str) -> ArmParameters:
-    return load_arm(name)
-
-
-@cache
 def _start(experiment: str, arm: str) -> np.ndarray:
-    return np.asarray(initial_positions(_experiment(experiment), _arm(arm)), dtype=float)
+    return np.asarray(initial_positions(_experiment(experiment), arm_named(arm)), dtype=float)

@@ -1,6 +1,7 @@
 """The two bags of a closed loop without ROS: topics and payloads as the nodes write them."""
 
 import time
+from collections import defaultdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,9 +21,8 @@ from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.status import status_array
 from ur5_ros.bag.writer import BagWriter
-from ur5_ros.config import arm_text, load_arm
-from ur5_ros.control.controller import Answer
-from ur5_ros.loop.plan import Plan
+from ur5_ros.config import arm_text
+from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
 from ur5_ros.sim.events import Event
@@ -41,6 +41,7 @@ _JOINTS, _STATUS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/Diagnostic
 _TEXT, _POSE = 'std_msgs/msg/String', 'geometry_msgs/msg/PoseStamped'
 _TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 _KEPT = 'transient_local'
+_TOTAL, _FEEDBACK = Torque._fields.index('total'), Torque._fields.index('feedback')
 
 _SIM = {
     'joint_states': _Topic('/joint_states', _JOINTS),
@@ -73,14 +74,14 @@ _CONTROL = {
 }
 
 
-class LoopRecording:
+def record(run: LoopRun, folder: Path) -> None:
     """
-    Both bags of a run while it goes on.
+    Write both bags of a run that is over.
 
     Parameters
     ----------
-    plan : Plan
-        Parameters of both sides.
+    run : LoopRun
+        What happened.
     folder : Path
         Run folder; ``sim`` and ``control`` in it must not exist.
 
@@ -90,8 +91,26 @@ class LoopRecording:
         If a bag exists or cannot be made.
 
     """
+    bags = _Bags(run, folder)
+    events = defaultdict(list)
+    for event in run.events:
+        events[event.stamp].append(event)
+    truth = run.truth or (run.q, run.qd, run.effort)
+    rows = zip(run.stamp.tolist(), run.q, run.qd, run.effort, *truth, run.torque,
+               *run.reference, strict=True)
+    for k, (stamp, q, qd, effort, *exact, torque, q_star, qd_star, qdd_star) in enumerate(rows, 1):
+        bags.period(ArmState(stamp, q, qd, effort), ArmState(stamp, *exact), torque,
+                    Reference(q_star, qd_star, qdd_star), acts=k < len(run.stamp))
+        for event in events.pop(stamp, ()):
+            bags.event(event)
+    bags.close('stop_after')
 
-    def __init__(self, plan: Plan, folder: Path) -> None:
+
+class _Bags:
+    """Both bags of a run."""
+
+    def __init__(self, run: LoopRun, folder: Path) -> None:
+        plan, sim_arm, self._arm = run.plan, run.sim_arm, run.control_arm
         prefix = plan.sim['tf_prefix']
         names = [prefix + name for name in JOINT_NAMES]
         self._state = FixedJointState(names)
@@ -101,36 +120,23 @@ class LoopRecording:
             [f'{part}/{name}' for part in Torque._fields for name in names], fields=('effort',))
         self._error = FixedJointState(names, fields=('position', 'velocity'))
         self._pose = FixedPose(prefix + 'base')
-        self._exact = not (plan.sim['noise.position'] or plan.sim['noise.velocity']
-                           or plan.sim['delay.state_periods'])
-        sim_arm, self._arm = load_arm(plan.sim['arm']), load_arm(plan.control['arm'])
+        self._exact = run.truth is None
         self._arm_name = sim_arm.name
         rate = plan.control['monitor_rate']
         self._monitor_period, self._monitored = round(1e9 / rate) if rate else 0, -1
-        run = folder.name
-        self._sim = _Bag('sim', run, folder, plan.sim, sim_arm.name, _SIM, self._state,
+        name = folder.name
+        self._sim = _Bag('sim', name, folder, plan.sim, sim_arm.name, _SIM, self._state,
                          self._command)
-        self._control = _Bag('control', run, folder, plan.control, self._arm.name, _CONTROL,
+        self._control = _Bag('control', name, folder, plan.control, self._arm.name, _CONTROL,
                              self._state, self._command)
-        self._sim.write('run', encode_string(run))
-        self._control.write('run', encode_string(run))
+        self._sim.write('run', encode_string(name))
+        self._control.write('run', encode_string(name))
         self._sim.write('robot_description', encode_string(urdf_text(sim_arm, prefix)))
 
-    def period(self, state: ArmState, truth: ArmState, answer: Answer, acts: bool = True) -> None:
-        """
-        Record a state and the answer to it.
-
-        Parameters
-        ----------
-        state, truth : ArmState
-            As measured, and as it is.
-        answer : Answer
-            What the law says.
-        acts : bool, optional
-            Whether the plant hears it; the last answer of a run comes when it has ended.
-
-        """
-        stamp, torque, reference = state.stamp, answer.torque, answer.reference
+    def period(self, state: ArmState, truth: ArmState, torque: np.ndarray,
+               reference: Reference, acts: bool) -> None:
+        """Write a state and the answer to it, which the plant hears unless the run is over."""
+        stamp = state.stamp
         sim, control = self._sim, self._control
         data = self._state.encode(*state)
         sim.write('clock', encode_clock(stamp))
@@ -138,24 +144,22 @@ class LoopRecording:
         if not self._exact:
             sim.write('ground_truth', self._state.encode(*truth))
         control.hashed('joint_states', data)
-        data = self._command.encode(stamp, (), (), torque.total)
+        data = self._command.encode(stamp, (), (), torque[_TOTAL])
         if acts:
             sim.hashed('joint_command', data)
         control.hashed('joint_command', data)
         control.write('reference', self._reference.encode(
-            stamp, *reference, torque.total - torque.feedback))
-        control.write('torque_parts', self._parts.encode(stamp, (), (), np.concatenate(torque)))
+            stamp, *reference, torque[_TOTAL] - torque[_FEEDBACK]))
+        control.write('torque_parts', self._parts.encode(stamp, (), (), torque.ravel()))
         if self._monitor_period and stamp // self._monitor_period != self._monitored:
             self._monitored = stamp // self._monitor_period
             self._monitor(state, reference)
 
     def event(self, event: Event) -> None:
-        """Record an event of the plant."""
         self._sim.write('events', status_array(event.stamp, event.kind, event.message,
                                                self._arm_name, event.values))
 
     def close(self, reason: str) -> None:
-        """Write the summaries and end both bags."""
         self._sim.close(reason)
         self._control.close(reason)
 

@@ -14,7 +14,8 @@ from ur5_ros.analysis.series import Run
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config.validation import load_marks
 from ur5_ros.errors import Refusal
-from ur5_ros.loop.closed_loop import as_run, run_closed_loop
+from ur5_ros.loop.closed_loop import run_closed_loop
+from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.plan import Plan, plan_run
 from ur5_ros.loop.sweep_spec import RunSpec, SweepSpec
 from ur5_ros.loop.two_nodes import run_two_nodes

@@ -1,0 +1,69 @@
+"""What a closed loop did, as arrays."""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis import series
+from ur5_ros.analysis.series import Run, Side, States
+from ur5_ros.loop.plan import Plan
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import Reference, Torque
+from ur5_ros.sim.events import Event
+
+
+class LoopRun(NamedTuple):
+    """One row a control period; angles are the manufacturer's."""
+
+    plan: Plan
+    sim_arm: ArmParameters
+    control_arm: ArmParameters
+    stamp: np.ndarray
+    """Simulated time [ns], shape (n,)."""
+    q: np.ndarray
+    """Measured positions [rad], shape (n, 6)."""
+    qd: np.ndarray
+    """Measured velocities [rad/s], shape (n, 6)."""
+    effort: np.ndarray
+    """Torque that acted up to the state [N m], shape (n, 6)."""
+    truth: States | None
+    """The exact states where noise or delay make them differ, None elsewhere."""
+    torque: np.ndarray
+    """The answer to each state, rows as in Torque [N m], shape (n, 5, 6); the last one is given
+    when the plant has stopped."""
+    reference: Reference
+    """What the law followed, shapes (n, 6)."""
+    events: tuple[Event, ...]
+
+
+def as_run(loop: LoopRun, name: str = 'loop') -> Run:
+    """
+    Return what the bags of a closed loop would be read as, without bags.
+
+    Parameters
+    ----------
+    loop : LoopRun
+        A finished loop.
+    name : str
+        What to call it.
+
+    """
+    sim, control = loop.plan.sim, loop.plan.control
+    parts = dict(zip(Torque._fields, np.moveaxis(loop.torque, 1, 0), strict=True))
+    return Run(
+        name=name,
+        stamp=loop.stamp,
+        states=States(loop.q, loop.qd, loop.effort),
+        control_rate=float(sim['control_rate']),
+        physics_rate=float(sim['physics_rate']),
+        truth=loop.truth,
+        command=parts['total'],
+        reference=loop.reference,
+        parts=parts,
+        sim=Side(sim['arm'], loop.sim_arm, sim),
+        control=Side(control['arm'], loop.control_arm, control),
+        events=tuple(series.Event(event.stamp, event.kind, event.message,
+                                  {key: json.loads(value) for key, value in event.values.items()})
+                     for event in loop.events),
+    )
