@@ -1,1 +1,1 @@
-"""From bags to a verdict: run, metrics, checks, figures, report; needs neither ROS nor PyBullet."""
+"""From bags to a verdict: run, checks, figures, report; needs neither ROS nor PyBullet."""

@@ -1,0 +1,56 @@
+"""Runs made in memory: the law on its own model, and the scheme of the simulator in a for loop."""
+
+import numpy as np
+import pytest
+
+from ur5_ros.analysis.series import Run, Side, States
+from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
+from ur5_ros.model.dynamics import forward_dynamics, inverse_dynamics
+from ur5_ros.signals import Reference, stamp_of_period
+
+HOME = np.radians([20.0, -75.0, 90.0, -105.0, -80.0, 15.0])
+START_ERROR = np.array([0.10, -0.08, 0.06, 0.10, -0.10, 0.15])
+
+
+def reference_at(t):
+    """Return a smooth motion that starts and stays away from singularities."""
+    t = np.asarray(t, dtype=float)[..., None]
+    w = np.array([0.8, 1.1, 1.4, 1.7, 2.0, 2.3])
+    a = 0.15
+    return Reference(HOME + a * np.sin(w * t), a * w * np.cos(w * t),
+                     -a * w**2 * np.sin(w * t))
+
+
+def make_run(seconds=4.0, rate=1000, substeps=1, sim_arm='ur5', control_arm='ur5', kp=10.0,
+             kd=10.0, plant=None, sim_parameters=None):
+    """Return a run of the law on ``control_arm`` against the scheme of ``plant``."""
+    arm, own = load_arm(sim_arm), load_arm(control_arm)
+    if plant is not None:
+        arm = plant
+    n, h = int(seconds * rate) + 1, 1.0 / (rate * substeps)
+    stamp = np.array([stamp_of_period(k, rate) for k in range(1, n + 1)])
+    star = reference_at((stamp - stamp[0]) * 1e-9)
+    q, qd, effort, command = np.zeros((4, n, 6))
+    q[0], qd[0] = star.q[0] + START_ERROR, 0.0
+    for k in range(n):
+        a = star.qdd[k] - kd * (qd[k] - star.qd[k]) - kp * (q[k] - star.q[k])
+        command[k] = inverse_dynamics(q[k] + own.angle_offset, qd[k], a, own)
+        if k + 1 < n:
+            position, velocity = q[k], qd[k]
+            for _ in range(substeps):
+                velocity = velocity + h * forward_dynamics(
+                    position + arm.angle_offset, velocity, command[k], arm)
+                position = position + h * velocity
+            q[k + 1], qd[k + 1], effort[k + 1] = position, velocity, command[k]
+    sim = complete(SIM_PARAMETERS, {'control_rate': rate, 'physics_rate': rate * substeps,
+                                    **(sim_parameters or {})})
+    control = complete(CONTROL_PARAMETERS, {'kp': [kp], 'kd': [kd]})
+    return Run('in memory', stamp, States(q, qd, effort), rate, rate * substeps, None, command,
+               star, {}, Side(sim_arm, load_arm(sim_arm), sim),
+               Side(control_arm, own, control))
+
+
+@pytest.fixture(scope='session')
+def clean_run():
+    """Return a run in which model and plant agree."""
+    return make_run(seconds=9.0)

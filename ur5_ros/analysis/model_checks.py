@@ -1,0 +1,138 @@
+"""Do model and plant agree: the residual with both arms, and the way of the command."""
+
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.analysis.law_checks import largest
+from ur5_ros.analysis.residual import residual
+from ur5_ros.analysis.result import Check, judge, not_applicable
+from ur5_ros.analysis.scheme import Scheme, schemes
+from ur5_ros.analysis.series import Run
+from ur5_ros.config.validation import Marks
+from ur5_ros.model.dynamics import gravity_torque
+from ur5_ros.signals import JOINT_NAMES
+
+#: What joint i moves.
+LINKS = ('shoulder', 'upper arm', 'forearm', 'wrist 1', 'wrist 2', 'wrist 3')
+
+_NAMES = ('residual, controller arm', 'residual, simulator arm')
+
+
+def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
+    """
+    Return the residual checks and the residuals for the figures.
+
+    Parameters
+    ----------
+    run : Run
+        The recording.
+    marks : Marks
+        Pass marks.
+
+    """
+    if run.sim is None or not run.substeps:
+        why = ("not a bag of this package's simulator: its time step is not known; see the "
+               'filtered inverse dynamics')
+        return [not_applicable(name, why) for name in _NAMES], {}
+    checks, series = [], {}
+    if run.control is None:
+        checks.append(not_applicable(_NAMES[0], "the controller's arm is not recorded"))
+    else:
+        found = residual(run, [(0, Scheme(run.control.arm))])
+        series['residual_control'] = found.torque
+        checks.append(_residual_check(
+            _NAMES[0], found.torque, run, marks, f'the law ({run.control.arm_name})'))
+    found = residual(run, schemes(run))
+    series['residual_sim'] = found.torque
+    checks.append(_residual_check(
+        _NAMES[1], found.torque, run, marks,
+        f'the equations ({run.sim.arm_name}, with all that the simulator was told to add)'))
+    checks.append(_command_check(run, marks))
+    return checks, series
+
+
+def blame(over: np.ndarray) -> str:
+    """
+    Say which joints, and which link that points to.
+
+    The torque of joint i depends on link i and those beyond it alone, so a wrong link leaves the
+    joints beyond it clean.
+
+    Parameters
+    ----------
+    over : numpy.ndarray of bool, shape (6,)
+        Joints beyond the mark.
+
+    """
+    names = [name for name, bad in zip(JOINT_NAMES, over, strict=True) if bad]
+    outermost = int(np.flatnonzero(over)[-1])
+    beyond = '' if outermost == 5 else ', as the joints beyond it agree'
+    return (f'joints beyond the mark: {", ".join(names)}; outermost {names[-1]}, so look at the '
+            f'{LINKS[outermost]}{beyond}')
+
+
+def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, who: str) -> Check:
+    known = np.isfinite(torque).all(axis=1)
+    if not known.any():
+        return not_applicable(name, 'no state is followed by the one a period later')
+    worst, joint, row = largest(torque)
+    size = np.abs(torque[known])
+    per_joint = {joint_name: {'max': float(size[:, i].max()),
+                              'rms': float(np.sqrt(np.mean(size[:, i]**2)))}
+                 for i, joint_name in enumerate(JOINT_NAMES)}
+    sentence = (f'plant and {who} agree within {worst:.3g} N m over {known.sum()} periods '
+                f'(worst: {JOINT_NAMES[joint]})')
+    if not worst <= marks['residual']:
+        over = size.max(axis=0) > marks['residual']
+        sentence = (f'plant and {who} differ by {worst:.3g} N m at {JOINT_NAMES[joint]}, '
+                    f'{run.t[row]:.4g} s; {blame(over)}')
+    return judge(name, worst, marks['residual'], 'N m', sentence, joint=JOINT_NAMES[joint],
+                 joints=per_joint, periods=int(known.sum()))
+
+
+def _command_check(run: Run, marks: Marks) -> Check:
+    name = 'command acts'
+    if run.command is None:
+        return not_applicable(name, 'no stamped commands are recorded')
+    defect = command_defect(run)
+    known = np.isfinite(defect).all(axis=1)
+    if not known.any():
+        return not_applicable(name, 'no state with an answer is followed by another state')
+    worst, joint, row = largest(defect)
+    wrong = int((np.abs(defect[known]).max(axis=1) > marks['command']).sum())
+    sentence = f'the torque that acted is the command within {worst:.2g} N m'
+    if not worst <= marks['command']:
+        sentence = (f'in {wrong} of {known.sum()} periods another torque acted than was '
+                    f'commanded; worst {worst:.3g} N m at {JOINT_NAMES[joint]}, '
+                    f'{run.t[row]:.4g} s')
+    return judge(name, worst, marks['command'], 'N m', sentence, joint=JOINT_NAMES[joint],
+                 periods=int(known.sum()), differing=wrong)
+
+
+def command_defect(run: Run) -> np.ndarray:
+    """
+    Return effort of state k+1 minus the command of state k, gravity added where it should be.
+
+    Parameters
+    ----------
+    run : Run
+        A recording with commands.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n - 1, 6)
+        Torque that acted beside the command [N m]; NaN where there is no answer or no successor,
+        and zero where a torque limit explains it.
+
+    """
+    q, _, effort = run.exact
+    command = run.command[:-1].copy()
+    if run.sim and run.sim.parameters.get('effort_convention') == 'gravity_excluded':
+        command += gravity_torque(q[:-1] + run.sim.arm.angle_offset, run.sim.arm)
+    if run.sim:
+        limit = run.sim.arm.limits.effort
+        command = np.clip(command, -limit, limit)
+    defect = effort[1:] - command
+    defect[~run.steps] = np.nan
+    return defect

@@ -1,0 +1,82 @@
+"""The look of the report: style sheet and the script that draws the figures."""
+
+STYLE = """
+:root { color-scheme: light dark; --paper: #ffffff; --ink: #1c2127; --soft: #5c6670;
+  --line: #d9dee3; --card: #f6f8fa; --good: #1a7f45; --bad: #c0272d; --none: #6b7480; }
+@media (prefers-color-scheme: dark) { :root { --paper: #14181d; --ink: #e4e8ec; --soft: #98a2ad;
+  --line: #303840; --card: #1c2229; --good: #4cc07c; --bad: #ff7b7b; --none: #98a2ad; } }
+* { box-sizing: border-box; }
+body { margin: 0; background: var(--paper); color: var(--ink);
+  font: 15px/1.5 system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif; }
+main { max-width: 1240px; margin: 0 auto; padding: 20px 16px 60px; }
+h1 { font-size: 1.35rem; margin: 0; overflow-wrap: anywhere; }
+h2 { font-size: 1.1rem; margin: 34px 0 10px; }
+p { margin: 6px 0; }
+.soft { color: var(--soft); }
+.verdict { display: flex; gap: 16px; align-items: center; border: 1px solid var(--line);
+  border-left: 8px solid var(--none); border-radius: 8px; padding: 14px 16px;
+  background: var(--card); }
+.verdict.pass { border-left-color: var(--good); } .verdict.fail { border-left-color: var(--bad); }
+.stamp { font-size: 1.7rem; font-weight: 700; text-transform: uppercase; }
+.pass .stamp, .pill.pass { color: var(--good); } .fail .stamp, .pill.fail { color: var(--bad); }
+.pill { font-weight: 600; white-space: nowrap; color: var(--none); }
+.about { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr));
+  gap: 8px 18px; margin: 16px 0 0; }
+.about div { min-width: 0; overflow-wrap: anywhere; }
+.about span { display: block; color: var(--soft); font-size: 0.8rem; }
+table { border-collapse: collapse; width: 100%; }
+th { text-align: left; color: var(--soft); font-weight: 500; font-size: 0.8rem; }
+th, td { padding: 7px 12px 7px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
+td { overflow-wrap: anywhere; }
+td:first-child { min-width: 9em; overflow-wrap: normal; }
+.plots { display: grid; grid-template-columns: 1fr 1fr; gap: 26px 28px; }
+figure { margin: 0; min-width: 0; } figure.wide { grid-column: 1 / -1; }
+figcaption b { display: block; } figcaption { font-size: 0.86rem; color: var(--soft); }
+figcaption b { color: var(--ink); font-size: 0.98rem; }
+.plot { height: 330px; width: 100%; }
+details { border-top: 1px solid var(--line); padding: 8px 0; }
+summary { cursor: pointer; } pre { overflow-x: auto; font-size: 0.8rem; }
+@media (max-width: 760px) {
+  .plots { grid-template-columns: 1fr; } .plot { height: 300px; }
+  .checks thead { display: none; }
+  .checks tr { display: grid; grid-template-columns: 1fr auto; gap: 0 10px; padding: 8px 0;
+    border-bottom: 1px solid var(--line); }
+  .checks td { border: 0; padding: 1px 0; } .checks td:last-child { grid-column: 1 / -1; }
+  .checks td.number { font-size: 0.85rem; color: var(--soft); }
+  .checks td.number::before { content: attr(data-label) ' '; }
+  .verdict { flex-direction: column; align-items: flex-start; gap: 4px; }
+}
+"""
+
+SCRIPT = """
+'use strict';
+const figures = JSON.parse(document.getElementById('figures').textContent);
+function look(figure, box) {
+  const style = getComputedStyle(document.documentElement);
+  const ink = style.getPropertyValue('--ink').trim();
+  const line = style.getPropertyValue('--line').trim();
+  const narrow = box.clientWidth < 520;
+  const axis = {gridcolor: line, zerolinecolor: line, linecolor: line, automargin: true};
+  return {
+    paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)',
+    font: {color: ink, size: narrow ? 10 : 12, family: 'system-ui, DejaVu Sans, sans-serif'},
+    margin: {l: narrow ? 48 : 62, r: 10, t: 8, b: 44},
+    xaxis: {...axis, title: {text: figure.x, standoff: 6}},
+    yaxis: {...axis, title: {text: figure.y, standoff: 6}, type: figure.log ? 'log' : 'linear',
+      exponentformat: 'power', nticks: narrow ? 6 : 8},
+    legend: {orientation: 'h', y: -0.2, x: 0, font: {size: narrow ? 9 : 11}},
+    hovermode: 'closest', dragmode: narrow ? false : 'zoom', bargap: 0,
+    hoverlabel: {namelength: -1},
+  };
+}
+function draw() {
+  for (const figure of figures) {
+    const box = document.getElementById('plot-' + figure.key);
+    Plotly.react(box, figure.traces, look(figure, box),
+      {responsive: true, displaylogo: false, modeBarButtonsToRemove: ['lasso2d', 'select2d']});
+  }
+}
+draw();
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
+"""

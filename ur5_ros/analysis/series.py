@@ -1,0 +1,136 @@
+"""A run as arrays: states, answers, references and what the bags say about plant and law."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import Reference
+
+#: Effort parts that the law records, in the order of the report.
+PARTS = ('inertial', 'feedback', 'coriolis', 'gravity')
+
+
+class States(NamedTuple):
+    """Joint states, row k at ``stamp[k]``; angles are the manufacturer's."""
+
+    q: np.ndarray
+    """Positions [rad], shape (n, 6)."""
+    qd: np.ndarray
+    """Velocities [rad/s], shape (n, 6)."""
+    effort: np.ndarray
+    """Torque that acted up to this state [N m], shape (n, 6); NaN where none is recorded."""
+
+
+class Event(NamedTuple):
+    """Something that happened to the plant."""
+
+    stamp: int
+    """Stamp of the state from which it acts [ns]."""
+    kind: str
+    """``parameter``, ``reset``, ``wrench``, ``fallback``, ``limit``, ..."""
+    message: str
+    """The sentence that was logged."""
+    values: dict[str, Any]
+    """What exactly."""
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """What one node's bag says about the node."""
+
+    arm_name: str
+    arm: ArmParameters
+    parameters: Mapping[str, Any]
+    """Every parameter at the start."""
+    versions: Mapping[str, str] = field(default_factory=dict)
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    """What the node noted at its end; empty when it did not come to that."""
+    fingerprint: Mapping[str, Any] = field(default_factory=dict)
+    """What repeatability to the last bit depends on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """
+    One run: rows are states in the order of their stamps, each with its answer and reference.
+
+    Where a state has no answer or no reference the row holds NaN.
+
+    """
+
+    name: str
+    """The run's name."""
+    stamp: np.ndarray
+    """Simulated time of each state [ns], shape (n,), strictly increasing."""
+    states: States
+    """The states as published: with noise and delay, if any."""
+    control_rate: float
+    """States a second."""
+    physics_rate: float = 0.0
+    """Physics steps a second; 0 where the plant is not this package's simulator."""
+    truth: States | None = None
+    """The exact states, recorded while noise or delay are on; NaN elsewhere."""
+    command: np.ndarray | None = None
+    """The answer to each state [N m], shape (n, 6)."""
+    reference: Reference | None = None
+    """What the law followed, shapes (n, 6)."""
+    parts: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Parts of the command by name of :data:`PARTS` and ``total``, each (n, 6) [N m]."""
+    sim: Side | None = None
+    control: Side | None = None
+    events: tuple[Event, ...] = ()
+    state_time: np.ndarray | None = None
+    """Wall clock at which each state was sent [ns], shape (n,)."""
+    command_time: np.ndarray | None = None
+    """Wall clock at which its answer arrived [ns], shape (n,); 0 where none did."""
+    counts: Mapping[str, int] = field(default_factory=dict)
+    """Odd things met while pairing: copies, orphans, steps back, ..."""
+    problems: tuple[str, ...] = ()
+    """Why the recording is not whole, one sentence each; empty where it is."""
+    folder: str = ''
+    current: np.ndarray | None = None
+    """Motor currents [A], shape (n, 6), of a real robot's log."""
+
+    @property
+    def t(self) -> np.ndarray:
+        """Simulated time since the first state [s], shape (n,)."""
+        return (self.stamp - self.stamp[0]) * 1e-9
+
+    @property
+    def h(self) -> float:
+        """Control period [s]."""
+        return 1.0 / self.control_rate
+
+    @property
+    def substeps(self) -> int:
+        """Physics steps a control period; 0 where the plant is not this package's simulator."""
+        return round(self.physics_rate / self.control_rate)
+
+    @property
+    def exact(self) -> States:
+        """The exact states where they are recorded, else the published ones."""
+        if self.truth is None:
+            return self.states
+        known = np.isfinite(self.truth.q).all(axis=1)[:, None]
+        return States(*(np.where(known, truth, seen)
+                        for truth, seen in zip(self.truth, self.states, strict=True)))
+
+    @property
+    def steps(self) -> np.ndarray:
+        """
+        Tell which rows k are followed by the state one period later, shape (n - 1,).
+
+        False across gaps and across a reset.
+
+        """
+        period = 1e9 / self.control_rate
+        whole = np.abs(np.diff(self.stamp) - period) <= max(2.0, 1e-3 * period)
+        for event in self.events:
+            if event.kind == 'reset':
+                row = np.searchsorted(self.stamp, event.stamp)
+                if 0 < row < len(self.stamp):
+                    whole[row - 1] = False
+        return whole

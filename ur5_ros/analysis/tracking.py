@@ -1,0 +1,129 @@
+"""Tracking: joints and tool against the reference, the paper's Fig. 11 in numbers."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis.series import Run
+from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.model.parameters import ArmParameters
+
+
+class ToolTracking(NamedTuple):
+    """Tool pose, wanted and made, in ``base``."""
+
+    position: np.ndarray
+    """Position made [m], shape (n, 3)."""
+    wanted_position: np.ndarray
+    """Position wanted [m], shape (n, 3); NaN without a reference."""
+    orientation: np.ndarray
+    """Rotation vector of the orientation made [rad], shape (n, 3)."""
+    wanted_orientation: np.ndarray
+    """Rotation vector of the orientation wanted [rad], shape (n, 3)."""
+    distance: np.ndarray
+    """Distance between the two positions [m], shape (n,)."""
+    angle: np.ndarray
+    """Angle between the two orientations [rad], shape (n,)."""
+
+
+def tool_tracking(run: Run, arm: ArmParameters, wanted_arm: ArmParameters) -> ToolTracking:
+    """
+    Return the tool's poses and errors.
+
+    Parameters
+    ----------
+    run : Run
+        A recording with a reference.
+    arm : ArmParameters
+        The arm that moved.
+    wanted_arm : ArmParameters
+        The arm that the reference was made for.
+
+    Returns
+    -------
+    ToolTracking
+        Poses and errors of every state.
+
+    """
+    made = forward_kinematics(run.exact.q + arm.angle_offset, arm)
+    known = np.isfinite(run.reference.q).all(axis=1)
+    wanted = np.full(made.shape, np.nan)
+    wanted[known] = forward_kinematics(run.reference.q[known] + wanted_arm.angle_offset,
+                                       wanted_arm)
+    distance = np.linalg.norm(made[:, :3, 3] - wanted[:, :3, 3], axis=1)
+    turn = np.einsum('nji,njk->nik', wanted[:, :3, :3], made[:, :3, :3])
+    angle = np.full(len(made), np.nan)
+    angle[known] = np.linalg.norm(rotation_vector(turn[known]), axis=1)
+    wanted_vector = np.full((len(made), 3), np.nan)
+    wanted_vector[known] = continuous_vectors(rotation_vector(wanted[known, :3, :3]))
+    vector = continuous_vectors(rotation_vector(made[:, :3, :3]))
+    if known.any():
+        vector = _same_sheet(vector, wanted_vector, int(np.argmax(known)))
+    return ToolTracking(made[:, :3, 3], wanted[:, :3, 3], vector, wanted_vector, distance, angle)
+
+
+def rotation_vector(rotation: np.ndarray) -> np.ndarray:
+    """
+    Return the rotation vectors of rotation matrices, angle 0 to pi.
+
+    Through the quaternion's largest component, so that every angle is accurate.
+
+    Parameters
+    ----------
+    rotation : numpy.ndarray, shape (n, 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 3)
+        Rotation vectors [rad].
+
+    """
+    r = rotation
+    trace = r[:, 0, 0] + r[:, 1, 1] + r[:, 2, 2]
+    four = np.empty((len(r), 4, 4))  # 4 q q^T, of q = (x, y, z, w)
+    for i in range(3):
+        four[:, i, i] = 1.0 + 2.0 * r[:, i, i] - trace
+        for j in range(i):
+            four[:, i, j] = four[:, j, i] = r[:, i, j] + r[:, j, i]
+        j, k = (i + 1) % 3, (i + 2) % 3
+        four[:, i, 3] = four[:, 3, i] = r[:, k, j] - r[:, j, k]
+    four[:, 3, 3] = 1.0 + trace
+    best = np.argmax(np.einsum('nii->ni', four), axis=1)
+    quaternion = four[np.arange(len(r)), best]
+    quaternion /= np.linalg.norm(quaternion, axis=1)[:, None]
+    quaternion *= np.where(quaternion[:, 3:] < 0.0, -1.0, 1.0)
+    length = np.linalg.norm(quaternion[:, :3], axis=1)
+    angle = 2.0 * np.arctan2(length, quaternion[:, 3])
+    scale = np.where(length > 1e-12, angle / np.maximum(length, 1e-300), 2.0)
+    return quaternion[:, :3] * scale[:, None]
+
+
+def continuous_vectors(vectors: np.ndarray) -> np.ndarray:
+    """
+    Return rotation vectors made continuous along the rows: beyond pi instead of turning over.
+
+    Parameters
+    ----------
+    vectors : numpy.ndarray, shape (n, 3)
+        Rotation vectors, angle 0 to pi [rad].
+
+    """
+    length = np.linalg.norm(vectors, axis=1)
+    flip = np.concatenate([[False], (np.einsum('ni,ni->n', vectors[1:], vectors[:-1]) < 0.0)
+                           & (length[1:] > 2.0) & (length[:-1] > 2.0)])
+    odd = np.cumsum(flip) % 2 == 1
+    out = vectors.copy()
+    out[odd] = _other_sheet(vectors[odd])
+    return out
+
+
+def _other_sheet(vectors: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors * (1.0 - 2.0 * np.pi / np.maximum(length, 1e-300))
+
+
+def _same_sheet(vectors, wanted, row):
+    other = _other_sheet(vectors)
+    near = np.linalg.norm(vectors[row] - wanted[row]) <= np.linalg.norm(other[row] - wanted[row])
+    return vectors if near else other

@@ -1,0 +1,71 @@
+"""Judge a run: every check, in the order of the report."""
+
+from importlib.metadata import version
+from typing import Any
+
+from ur5_ros.analysis.energy import energy_checks
+from ur5_ros.analysis.gain_recovery import gains_check
+from ur5_ros.analysis.law_checks import law_checks
+from ur5_ros.analysis.limit_checks import limits_check
+from ur5_ros.analysis.model_checks import model_checks
+from ur5_ros.analysis.recording_checks import delays, pairing_check, recording_check, timing_check
+from ur5_ros.analysis.result import Result
+from ur5_ros.analysis.series import Run, Side
+from ur5_ros.config.validation import Marks, load_marks
+
+
+def validate(run: Run, marks: Marks | None = None) -> Result:
+    """
+    Judge a run.
+
+    Parameters
+    ----------
+    run : Run
+        What :func:`ur5_ros.analysis.run.load_run` read.
+    marks : Marks, optional
+        Pass marks; ``config/validation.yaml`` by default.
+
+    Returns
+    -------
+    Result
+        Checks with verdicts, numbers and sentences.
+
+    Raises
+    ------
+    Refusal
+        If the recording contradicts itself, such as gains that make no stable loop.
+
+    """
+    marks = marks or load_marks()
+    law, law_series = law_checks(run, marks)
+    model, model_series = model_checks(run, marks)
+    energy, energy_series = energy_checks(run, marks)
+    checks = [recording_check(run), pairing_check(run, marks), timing_check(run, marks),
+              *model, *law, gains_check(run, marks, law_series.get('dynamics')),
+              limits_check(run), *energy]
+    series = {'run': run, 'delays': delays(run), **law_series, **model_series, **energy_series}
+    return Result(run.name, about(run, marks), tuple(checks), (), series)
+
+
+def about(run: Run, marks: Marks) -> dict[str, Any]:
+    """Return what says which run this is and what judged it."""
+    return {
+        'folder': run.folder,
+        'ur5_ros': version('ur5_ros'),
+        'marks': marks.name,
+        'states': len(run.stamp),
+        'duration_s': float(run.t[-1]),
+        'control_rate_hz': run.control_rate,
+        'physics_rate_hz': run.physics_rate or None,
+        'events': [{'stamp_s': event.stamp * 1e-9, 'kind': event.kind, 'message': event.message}
+                   for event in run.events[:200]],
+        'simulator': _side(run.sim),
+        'controller': _side(run.control),
+    }
+
+
+def _side(side: Side | None) -> dict[str, Any] | None:
+    if side is None:
+        return None
+    return {'arm': side.arm_name, 'parameters': dict(side.parameters),
+            'versions': dict(side.versions), 'summary': dict(side.summary)}

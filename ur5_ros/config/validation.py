@@ -1,0 +1,59 @@
+"""Pass marks: ``config/validation.yaml`` to a record."""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from ur5_ros.config.strict_yaml import StrictModel, config_folder, read_yaml, validate
+from ur5_ros.errors import Refusal
+
+
+class Mark(StrictModel):
+    """One limit, with its unit and its source."""
+
+    limit: Annotated[float, Field(ge=0.0)]
+    """Highest value that passes."""
+    unit: str
+    """Unit of the limit."""
+    reason: str
+    """Where the number comes from."""
+
+
+class Marks(StrictModel):
+    """The limits of all checks, by name."""
+
+    name: str
+    marks: dict[str, Mark]
+
+    def __getitem__(self, name: str) -> float:
+        """Return the limit called ``name``."""
+        return self.marks[name].limit
+
+
+def load_marks(path: str | Path = '') -> Marks:
+    """
+    Return the pass marks.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path, optional
+        A YAML file of the same form as ``config/validation.yaml``, which is the default.  Marks
+        that it leaves out keep their default.
+
+    Raises
+    ------
+    Refusal
+        If the file cannot be read, or has an unknown mark or a value out of range.
+
+    """
+    default_path = config_folder() / 'validation.yaml'
+    default = validate(Marks, read_yaml(default_path), str(default_path))
+    if not path:
+        return default
+    given = validate(Marks, read_yaml(Path(path)), str(path))
+    for name in given.marks:
+        if name not in default.marks:
+            raise Refusal(f'{path}: unknown mark {name!r}; the marks are: '
+                          f'{", ".join(sorted(default.marks))}')
+    return Marks(name=given.name, marks={**default.marks, **given.marks})
