@@ -98,6 +98,7 @@ def test_the_choice_of_branch_is_published(holding):
     assert status['ik_candidates'] == 8
     assert status['ik_branch'] == 'shoulder left, elbow up, wrist flipped'
     assert 0.5 < status['singularity_distance'] < 1.0  # facts: X5 about 0.58 of 0.91 m
+    assert 0.5 < status['ik_singularity_distance'] < 1.0
     assert status['seconds_left'] > 0.1
 
 

@@ -1,7 +1,7 @@
 """Experiment files, ``config/experiments/<name>.yaml``; a new file is a new experiment."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, cast, get_args
 
 from pydantic import Field
 
@@ -11,6 +11,9 @@ from ur5_ros.errors import Refusal
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
 Three = Annotated[list[float], Field(min_length=3, max_length=3)]
 Seconds = Annotated[float, Field(gt=0.0, le=3600.0)]
+Axis = Literal['x', 'y', 'z']
+JointName = Literal['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',
+                    'wrist_2_joint', 'wrist_3_joint']
 Pause = Annotated[float, Field(ge=0.0, le=3600.0)]
 
 
@@ -46,9 +49,9 @@ class ToolWaves(_Experiment):
     duration: Seconds
     ramp: Pause
     ramp_down: Pause = 0.0
-    position: dict[Literal['x', 'y', 'z'], list[Wave]] = {}
+    position: dict[Axis, list[Wave]] = {}
     """Along the axes of base [m]."""
-    rotation: dict[Literal['x', 'y', 'z'], list[Wave]] = {}
+    rotation: dict[Axis, list[Wave]] = {}
     """Angles of R0 Rz(c) Ry(b) Rx(a) [rad]."""
 
 
@@ -85,9 +88,7 @@ class JointWaves(_Experiment):
     duration: Seconds
     ramp: Pause
     ramp_down: Pause = 0.0
-    joints: dict[
-        Literal['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',
-                'wrist_2_joint', 'wrist_3_joint'], list[Wave]]
+    joints: dict[JointName, list[Wave]]
 
 
 class JointStep(_Experiment):
@@ -176,7 +177,7 @@ def _record(data: Any, source: str) -> Experiment:
     kind = data.get('kind') if isinstance(data, dict) else None
     if not isinstance(kind, str) or kind not in _KINDS:
         raise Refusal(f'{source}: kind is {kind!r}; give one of: {", ".join(_KINDS)}')
-    experiment = validate(_KINDS[kind], data, source)
+    experiment = cast(Experiment, validate(_KINDS[kind], data, source))
     ramps = getattr(experiment, 'ramp', 0.0) + getattr(experiment, 'ramp_down', 0.0)
     if ramps > experiment.duration:
         raise Refusal(f'{source}: ramp and ramp_down take {ramps:g} s of '

@@ -54,12 +54,12 @@ def describe(
     Returns
     -------
     dict
-        Stamp [ns], chosen inverse-kinematics branch and number of candidates, distance to
-        singularity (0 to 1), largest joint error [rad], time left of the motion [s], limits that
-        act.
+        Stamp [ns], chosen inverse-kinematics branch, number of candidates and least distance to
+        singularity on the way (0 to 1), that of the arm now, largest joint error [rad], time left
+        of the motion [s], limits that act.
 
     """
-    if answer is None or state is None or timeline.motion is None:
+    if answer is None or state is None:
         return {'stamp': 0}
     branch = timeline.branch
     left = timeline.start + timeline.motion.duration - answer.stamp
@@ -67,6 +67,7 @@ def describe(
         'stamp': answer.stamp,
         'ik_branch': '' if branch is None else branch.name,
         'ik_candidates': 0 if branch is None else branch.candidates,
+        'ik_singularity_distance': 1.0 if branch is None else branch.singularity,
         'singularity_distance': float(singularity_distance(state.q, arm)),
         'largest_error': float(np.abs(state.q - answer.reference.q).max()),
         'seconds_left': max(0, left) / 1e9,

@@ -104,10 +104,10 @@ class Controller:
             return last
         arrival = self._gate.take(state, settings.max_state_jump)
         if arrival is Arrival.FOLLOWS:
-            self._watch_limits(state, last)
+            self._watch_limits(state)
         elif arrival is Arrival.UNBELIEVED:
             self._counts['unbelieved_states'] += 1
-            state = self._gate.last
+            state = self._gate.last or state
         else:
             self._take_over(state, arrival)
             last = None
@@ -268,12 +268,13 @@ class Controller:
             stop = smooth_stop(reference, self._settings.motion_limits)
             self._begin(plans.Plan(stop), f'stop: {verdict.message}', stamp)
 
-    def _watch_limits(self, state: ArmState, last: Answer) -> None:
+    def _watch_limits(self, state: ArmState) -> None:
         """Stop smoothly when a joint passes a limit of the arm in position or speed."""
         joint = joint_beyond(state, self._bounds)
         if joint is not None and not self._beyond:
-            stop = smooth_stop(last.reference, self._settings.motion_limits)
-            self._begin(plans.Plan(stop), 'stop', last.stamp)
+            limits = self._settings.motion_limits
+            stop = smooth_stop(self._timeline.at(state.stamp, limits), limits)
+            self._begin(plans.Plan(stop), 'stop', state.stamp)
             self._stopped = (f'{self._names[joint]} at {state.q[joint]:.4f} rad, '
                              f'{state.qd[joint]:.4f} rad/s')
         self._beyond = joint is not None

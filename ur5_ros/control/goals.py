@@ -69,6 +69,8 @@ class GoalWatch:
             If this ended it.
 
         """
+        if self._tolerances is None:
+            return None
         verdict = judge(self._tolerances, error, (stamp - self._end) / 1e9, self._names)
         if verdict is not None:
             self.end(verdict)

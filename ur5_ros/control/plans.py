@@ -178,6 +178,8 @@ def plan_path(
     poses = in_base(poses, frame, settings.prefix)
     if len(poses) < 2:
         raise Refusal(f'the path has {len(poses)} poses; give two or more, or use ~/target_pose')
+    if len(times) not in (0, len(poses)):
+        raise Refusal(f'{len(times)} stamps for {len(poses)} poses; give one each, or none')
     if len(set(times)) <= 1:
         lines, duration = speed_path(poses, settings.tool_speed)
     else:

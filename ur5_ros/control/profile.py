@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.config.experiments import JointWaves, ToolCircle, ToolWaves, Wave
+from ur5_ros.config.experiments import Axis, JointWaves, ToolCircle, ToolWaves, Wave
 from ur5_ros.signals import JOINT_NAMES, Reference
+
+_AXES: tuple[Axis, ...] = ('x', 'y', 'z')
 
 
 class Curve(NamedTuple):
@@ -131,8 +133,8 @@ def tool_waves(t: np.ndarray, spec: ToolWaves, start: np.ndarray) -> ToolSamples
 
     """
     weight = window(t, spec.duration, spec.ramp, spec.ramp_down)
-    axes = [waves(t, spec.position.get(axis, []), weight) for axis in 'xyz']
-    a, b, c = (waves(t, spec.rotation.get(axis, []), weight) for axis in 'xyz')
+    axes = [waves(t, spec.position.get(axis, []), weight) for axis in _AXES]
+    a, b, c = (waves(t, spec.rotation.get(axis, []), weight) for axis in _AXES)
     turn, omega, alpha = _angles(a, b, c)
     pose = np.empty((t.size, 4, 4))
     pose[:, :3, :3] = np.matmul(start[:3, :3], turn)
@@ -165,7 +167,8 @@ def joint_waves(t: np.ndarray, spec: JointWaves) -> Reference:
 
     """
     weight = window(t, spec.duration, spec.ramp, spec.ramp_down)
-    curves = [waves(t, spec.joints.get(name, []), weight) for name in JOINT_NAMES]
+    terms = {str(name): terms for name, terms in spec.joints.items()}
+    curves = [waves(t, terms.get(name, []), weight) for name in JOINT_NAMES]
     q, qd, qdd = (np.stack([curve[part] for curve in curves], axis=-1) for part in range(3))
     return Reference(np.deg2rad(spec.start_degrees) + q, qd, qdd)
 

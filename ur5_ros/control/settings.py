@@ -118,15 +118,16 @@ def check_sampled(mode: str, gains: Gains, arm: ArmParameters, control_rate: int
         Naming the joint and, in the modes without M, the largest damping that it stands.
 
     """
-    plain = mode in PLAIN_MODES
-    inertia = inertia_matrix(np.array(HOME) + arm.angle_offset, arm) if plain else None
-    radius = sampled_radius(gains, inertia, 1.0 / control_rate)
-    if radius < 1.0:
+    if mode not in PLAIN_MODES:
+        radius = sampled_radius(gains, None, 1.0 / control_rate)
+        if radius >= 1.0:
+            raise Refusal(f'kp, kd make the loop unstable when sampled at {control_rate} Hz '
+                          f'(spectral radius {radius:.4g}); lower kd below {control_rate} 1/s')
         return
-    if not plain:
-        raise Refusal(f'kp, kd make the loop unstable when sampled at {control_rate} Hz (spectral '
-                      f'radius {radius:.4g}); lower kd below {control_rate} 1/s')
-    # the shortest way for a torque on one joint alone is through the inverse of M
+    inertia = inertia_matrix(np.array(HOME) + arm.angle_offset, arm)
+    if sampled_radius(gains, inertia, 1.0 / control_rate) < 1.0:
+        return
+    # a torque on one joint alone accelerates it by the inverse of M
     largest = control_rate / np.diag(np.linalg.inv(inertia))
     joint = int((np.diag(gains.kd) / largest).argmax())
     raise Refusal(

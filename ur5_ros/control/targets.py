@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ur5_ros.control.tool_motion import Branch
+from ur5_ros.control.tool_motion import Branch, singularity_distance
 from ur5_ros.errors import Refusal
 from ur5_ros.model.inverse_kinematics import inverse_kinematics, nearest_solution
 from ur5_ros.model.parameters import ArmParameters
@@ -210,4 +210,5 @@ def solve_pose(
         raise Refusal(f'{JOINT_NAMES[joint]} would have to turn by {way[joint]:.4f} rad to '
                       f'the nearest solution; max_joint_jump is {max_joint_jump:g}: go there in '
                       'steps, or by ~/target_joints')
-    return target - offset, Branch(int(label), len(solutions.q))
+    q = target - offset
+    return q, Branch(int(label), len(solutions.q), float(singularity_distance(q, arm)))

@@ -1,5 +1,7 @@
 """The reference along simulated time: which motion is on, since when, and what comes after it."""
 
+import numpy as np
+
 from ur5_ros.control.motion import Motion, Still
 from ur5_ros.control.point_to_point import MotionLimits, smooth_stop
 from ur5_ros.control.tool_motion import Branch
@@ -10,7 +12,7 @@ class Timeline:
     """One motion at a time; a motion that ends at speed is brought to rest, then held."""
 
     def __init__(self) -> None:
-        self.motion: Motion | None = None
+        self.motion: Motion = Still(np.zeros(6))
         """The motion that is on."""
         self.start = 0
         """Stamp at which it began [ns]."""

@@ -192,7 +192,7 @@ def _worst(size: np.ndarray, limit: np.ndarray, names: Sequence[str]) -> str | N
     if not beyond.any():
         return None
     ratio = np.where(beyond, size / limit, 0.0)
-    row, joint = np.unravel_index(int(ratio.argmax()), ratio.shape)
+    row, joint = divmod(int(ratio.argmax()), 6)
     quantity, unit = (('position', 'rad'), ('velocity', 'rad/s'),
                       ('acceleration', 'rad/s^2'))[row]
     return (f'{names[joint]} has a {quantity} error of {size[row, joint]:.6g} {unit}; '

@@ -25,6 +25,8 @@ class Branch(NamedTuple):
     """Column of :func:`~ur5_ros.model.inverse_kinematics.inverse_kinematics_batch`, 0 to 7."""
     candidates: int
     """How many columns held a solution where the motion began."""
+    singularity: float
+    """Least :func:`singularity_distance` on the way, or at a target."""
 
     @property
     def name(self) -> str:
@@ -117,7 +119,7 @@ def follow(
         raise _refused(*_first_trouble(bad, valid[:, label], distance, margin, times))
     reference = differentiate(q, samples, arm)
     check_limits(reference, times, arm)
-    return reference, Branch(label, int(valid[0].sum()))
+    return reference, Branch(label, int(valid[0].sum()), float(distance.min()))
 
 
 def tool_motion(
