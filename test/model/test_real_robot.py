@@ -44,14 +44,19 @@ def between(a, b):
 
 
 def fitted_armature(column):
-    """Return rotor inertia and standard error of six joints from one recording."""
+    """
+    Return rotor inertia and standard error of six joints from one recording.
+
+    What is left over is no white noise, so the error is taken from its sums over whole seconds.
+    """
     arm = load_arm('ur5_controller')
     q, qd, qdd = column('q_target'), column('qd_target'), column('qdd_target')
     rest = column('m_target') - dynamics_regressor(q, qd, qdd, arm) @ inertial_parameters(arm)
     power = np.sum(qdd ** 2, axis=0)
     armature = np.sum(qdd * rest, axis=0) / power
-    left = rest - armature * qdd
-    return armature, np.sqrt(np.sum(left ** 2, axis=0) / (len(q) - 1) / power)
+    score = qdd * (rest - armature * qdd)
+    seconds = np.add.reduceat(score, np.arange(0, len(q), 125), axis=0)
+    return armature, np.sqrt(np.sum(seconds ** 2, axis=0)) / power
 
 
 @pytest.mark.parametrize('motion', MOTIONS)
@@ -74,9 +79,9 @@ def test_inverse_dynamics_is_the_torque_that_the_controller_computes(motion):
 
 def test_armature_fitted_on_one_motion_predicts_the_others():
     armature, deviation = fitted_armature(recording('motion6_long'))
-    np.testing.assert_allclose(armature, load_arm('ur5_controller').armature, rtol=0.006)
-    assert np.all(deviation < 1e-4 * armature + 4e-5)
     arm = load_arm('ur5_controller')
+    np.testing.assert_allclose(armature, arm.armature, rtol=0.006)
+    assert np.all(deviation < 3e-4)
     for motion in MOTIONS:
         column = recording(motion)
         q, qd, qdd = column('q_target'), column('qd_target'), column('qdd_target')
