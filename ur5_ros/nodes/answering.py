@@ -106,10 +106,6 @@ class Answering:
         self._outputs.begin_anew()
         self.first_at, self._copies = 0.0, 0
 
-    def change(self, name: str, value: Any) -> None:
-        """Change a live parameter."""
-        self.controller.change({name: value})
-
     def watch(self) -> None:
         """Say when states stop coming, and when they come again."""
         silent = time.monotonic() - self._last_at if self._last_at else 0.0
@@ -128,10 +124,10 @@ class Answering:
 
     def report(self) -> tuple[int, str, dict[str, Any]]:
         """Return level, word and values for the diagnostics."""
-        if self._answer is None or self._missing:
-            return STALE, 'waiting for states', {}
-        level = {'refused': WARN, 'stopped by a limit': ERROR}.get(self._answer.status, OK)
-        return level, self._answer.status, {'limited': self._answer.limited}
+        values = self.controller.status()
+        word = values.pop('state')
+        level = {'waiting for states': STALE, 'refused': WARN, 'stopped by a limit': ERROR}
+        return level.get(word, OK), word, values
 
     def _find_rate(self, stamp: int) -> None:
         """Take the rate from state 1, whose stamp is one period; plan again if it differs."""

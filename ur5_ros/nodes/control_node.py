@@ -11,21 +11,21 @@ from std_msgs.msg import String
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.folder import new_run_name
-from ur5_ros.config import CONTROL_PARAMETERS, arm_text, read_yaml
+from ur5_ros.config import CONTROL_PARAMETERS, arm_text
 from ur5_ros.control.controller import Controller
 from ur5_ros.errors import Refusal
 from ur5_ros.nodes.answering import Answering
 from ur5_ros.nodes.control_inputs import ControlInputs
 from ur5_ros.nodes.control_services import offer_services
 from ur5_ros.nodes.control_topics import ControlOutputs
-from ur5_ros.nodes.diagnostics import EverySecond, Refusals
+from ur5_ros.nodes.diagnostics import ERROR, EverySecond, Refusals
 from ur5_ros.nodes.messages import MOST_BYTES, read_message
-from ur5_ros.nodes.parameters import check_files, declare
+from ur5_ros.nodes.parameters import check_sections, declare
 from ur5_ros.nodes.process import DONE, LOSS, freeze_garbage, run_node
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.serving import LoopRequests
 from ur5_ros.nodes.shutdown import StopRequest
-from ur5_ros.nodes.topics import HOT, KEPT, Topics, make_loop
+from ur5_ros.nodes.topics import HOT, KEPT, Topics, deaf_to, make_loop
 
 #: Longest wait before signals, services and the watchdog are looked at [s].
 GLANCE = 0.05
@@ -39,16 +39,16 @@ class ControlNode:
 
     Parameters
     ----------
-    arguments : sequence of str
-        Command line.
+    files : mapping
+        Parameter files by path, as read.
     stop : StopRequest
         Asks it to end.
 
     """
 
-    def __init__(self, arguments: Sequence[str], stop: StopRequest) -> None:
+    def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
         self.node = Node('ur5_control')
-        check_files(arguments, self.node.get_fully_qualified_name(), read_yaml)
+        check_sections(files, self.node.get_fully_qualified_name())
         self.parameters = declare(self.node, CONTROL_PARAMETERS)
         self._stop = stop
         self._logger = self.node.get_logger()
@@ -59,7 +59,7 @@ class ControlNode:
         loop = make_loop(self.node, self.parameters['hot_loop'])
         self._wait = loop.wait
         self.requests = LoopRequests(loop.wake)
-        topics = Topics(self.node, loop, self.recording)
+        topics = self._topics = Topics(self.node, loop, self.recording)
         self._names = topics.names
         self.outputs = ControlOutputs(
             self.node, topics, self.recording, self.parameters, controller.arm.name)
@@ -75,7 +75,7 @@ class ControlNode:
             number, record = topics.subscribe(role, topic, message_type, qos)
             self._heard[number] = (topics.names[role], record, take)
         self._run_name = ''
-        self._first_state_at = 0.0
+        self._changes: list[dict[str, Any]] = []
         self._every_second = EverySecond()
         offer_services(self.node, self)
         loop.start()
@@ -101,9 +101,11 @@ class ControlNode:
                 self._look_around()
         return self._end()
 
-    def change(self, name: str, value: Any) -> None:
-        """Change a live parameter, between two periods."""
-        self.requests.call(lambda: self.answering.change(name, value))
+    def change(self, changes: dict[str, Any]) -> None:
+        """Change live parameters; they act from the next state, and the bag knows."""
+        self.answering.controller.change(changes)
+        self._changes.append({'stamp': self.answering.stamp, **changes})
+        self.recording.note('parameter_changes', {'changes': self._changes})
 
     def _take_run(self, record: int, data: bytes) -> None:
         name = str(read_message('std_msgs/msg/String', data)['data'])
@@ -147,7 +149,15 @@ class ControlNode:
                 time.monotonic() - self.answering.first_at > NAMING_TIME):
             self._open_bag(new_run_name())
             self._logger.warning('no simulator named the run; it is called ' + self._run_name)
+        for sentence in deaf_to(self.node, self._topics):
+            self.refusals.add(*sentence)
         level, word, values = self.answering.report()
+        robots = [each.node_name for each in self.node.get_publishers_info_by_topic(
+            self._names['joint_states'])]
+        if len(robots) > 1:
+            level = ERROR
+            self.refusals.add(self._names['joint_states'], 'two robots',
+                              f'published by {", ".join(sorted(robots))}; keep one of them')
         values |= self.counters() | {'bag_lost': self.recording.lost}
         self.outputs.diagnostics(self.answering.stamp, level, word, values)
 

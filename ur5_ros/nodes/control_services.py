@@ -23,6 +23,7 @@ def offer_services(node: Node, control: Any) -> None:
 
     """
     def start(request: Any) -> str:
+        # the controller may be another one by the time that the loop gets to it
         control.requests.call(lambda: control.answering.controller.start_experiment())
         return 'the experiment starts'
 
@@ -32,4 +33,5 @@ def offer_services(node: Node, control: Any) -> None:
 
     add_service(node, Trigger, '~/start_experiment', start)
     add_service(node, Trigger, '~/hold', hold)
-    serve(node, CONTROL_PARAMETERS, control.change)
+    serve(node, CONTROL_PARAMETERS,
+          lambda changes: control.requests.call(lambda: control.change(changes)))

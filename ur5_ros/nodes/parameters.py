@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -13,6 +14,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
+from ur5_ros.config import read_yaml
 from ur5_ros.config.parameters import Parameter, check, complete
 from ur5_ros.errors import Refusal
 
@@ -52,10 +54,10 @@ def declare(node: Node, parameters: Sequence[Parameter]) -> dict[str, Any]:
 
 
 def serve(
-    node: Node, parameters: Sequence[Parameter], change: Callable[[str, Any], None],
+    node: Node, parameters: Sequence[Parameter], change: Callable[[dict[str, Any]], None],
 ) -> None:
     """
-    Let ``change(name, value)`` have every live change; what it refuses is refused.
+    Let ``change(changes)`` have every live change; what it refuses is refused.
 
     Parameters
     ----------
@@ -64,7 +66,7 @@ def serve(
     parameters : sequence of Parameter
         The same as declared.
     change : callable
-        Takes a checked value into effect; raises Refusal.
+        Takes checked values by name into effect, all or none; raises Refusal.
 
     """
     known = {each.name: each for each in parameters}
@@ -75,12 +77,12 @@ def serve(
 
     def judge(given: list[RosParameter]) -> SetParametersResult:
         try:
-            checked = [(each.name, check(known[each.name], _plain(each.value)))
-                       for each in given if each.name in known]
             if any(each.name == 'use_sim_time' and each.value for each in given):
                 raise Refusal('use_sim_time cannot be set while the node runs')
-            for name, value in checked:
-                change(name, value)
+            checked = {each.name: check(known[each.name], _plain(each.value))
+                       for each in given if each.name in known}
+            if checked:
+                change(checked)
         except Refusal as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -121,32 +123,52 @@ def _plain(value: Any) -> Any:
     return list(value) if hasattr(value, '__len__') and not isinstance(value, str) else value
 
 
-def check_files(
-    arguments: Sequence[str], node_name: str, read: Callable[[str], Any],
-) -> None:
+def read_files(arguments: Sequence[str]) -> dict[str, Any]:
     """
-    Refuse parameter files that rcl would read past in silence.
+    Return the parameter files of a command line, read strictly: rcl reads past doubled keys.
 
     Parameters
     ----------
     arguments : sequence of str
         Command line.
-    node_name : str
-        Fully qualified name of the node.
-    read : callable
-        Reads a YAML file strictly.
+
+    Returns
+    -------
+    dict
+        Path to what the file says.
 
     Raises
     ------
     Refusal
-        If a file has no section for this node, a doubled key, an alias or a wrong form.
+        If one cannot be read, or is no strict YAML with sections.
 
     """
-    for path in _parameter_files(arguments):
-        data = read(path)
+    paths = [after for before, after in pairwise(arguments) if before == '--params-file']
+    files = {path: read_yaml(Path(path)) for path in paths}
+    for path, data in files.items():
         if not isinstance(data, Mapping):
-            raise Refusal(f'{path}: no parameter file; give sections "{node_name}: '
-                          'ros__parameters: ..."')
+            raise Refusal(f'{path}: no sections; give "/node_name: ros__parameters: ..."')
+    return files
+
+
+def check_sections(files: Mapping[str, Any], node_name: str) -> None:
+    """
+    Refuse parameter files that say nothing to a node: rcl reads past them in silence.
+
+    Parameters
+    ----------
+    files : mapping
+        From :func:`read_files`.
+    node_name : str
+        Fully qualified name of the node.
+
+    Raises
+    ------
+    Refusal
+        If a file has no section for the node.
+
+    """
+    for path, data in files.items():
         sections = list(_sections(data, ''))
         if not any(matches(section, node_name) for section in sections):
             found = ', '.join(sections) or 'none'
@@ -184,7 +206,3 @@ def _sections(data: Mapping[str, Any], above: str) -> Iterable[str]:
             yield above or '/'
         elif isinstance(value, Mapping):
             yield from _sections(value, f'{above}/{key.strip("/")}')
-
-
-def _parameter_files(arguments: Sequence[str]) -> list[str]:
-    return [after for before, after in pairwise(arguments) if before == '--params-file']

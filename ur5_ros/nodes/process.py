@@ -4,14 +4,15 @@ import gc
 import os
 import sys
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from ur5_ros.errors import Refusal
+from ur5_ros.nodes.parameters import read_files
 from ur5_ros.nodes.shutdown import StopRequest
 
 #: Exit codes: done; bad input; done, but the recording lost something.
@@ -72,7 +73,8 @@ def pin_to_core(core: str) -> None:
 
 
 def run_node(
-    create: Callable[[Sequence[str], StopRequest], 'Node'], arguments: Sequence[str] | None = None,
+    create: Callable[[dict[str, Any], StopRequest], Any],
+    arguments: Sequence[str] | None = None,
 ) -> None:
     """
     Run a node as this process, and exit.
@@ -80,8 +82,8 @@ def run_node(
     Parameters
     ----------
     create : callable
-        Makes the node from the command line and the request to stop; the node has ``run()``, which
-        returns the exit code.
+        Makes the node from its parameter files and the request to stop; the node has ``run()``,
+        which returns the exit code.
     arguments : sequence of str, optional
         Command line, program name first; ``sys.argv`` by default.
 
@@ -109,19 +111,18 @@ def freeze_garbage() -> None:
     gc.disable()
 
 
-def _run(create, arguments: Sequence[str], stop: StopRequest) -> int:
+def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest) -> int:
     check_environment()
-    surplus = remove_ros_args(list(arguments))[1:]
-    if surplus:
-        raise Refusal(f'unknown argument {surplus[0]!r}; parameters are given as '
-                      '--ros-args -p name:=value or --ros-args --params-file file.yaml')
+    files = read_files(arguments)
     try:
+        surplus = remove_ros_args(list(arguments))[1:]
+        if surplus:
+            raise Refusal(f'unknown argument {surplus[0]!r}; parameters are given as '
+                          '--ros-args -p name:=value or --ros-args --params-file file.yaml')
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
-        node = create(arguments, stop)
+        node = create(files, stop)
     except ExternalShutdownException:
         return DONE
-    except Refusal:
-        raise
     except Exception as error:
         if type(error).__module__.startswith('rclpy'):
             raise Refusal(_one_line(error)) from None

@@ -108,6 +108,11 @@ class Recording:
         self._buffer.clear()
         self.write = self._recorder(self._writer)
 
+    def note(self, name: str, values: Mapping[str, Any]) -> None:
+        """Add a metadata record to the bag, if one is open."""
+        if self._writer is not None:
+            self._writer.note(name, values)
+
     def end(self, summary: Mapping[str, Any]) -> None:
         """Close the bag with its summary; messages of a next run wait in memory again."""
         if self._writer is None:

@@ -9,10 +9,10 @@ from rclpy.node import Node
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.folder import new_run_name
-from ur5_ros.config import SIM_PARAMETERS, arm_text, read_yaml
+from ur5_ros.config import SIM_PARAMETERS, arm_text
 from ur5_ros.errors import Refusal
 from ur5_ros.nodes.diagnostics import EverySecond
-from ur5_ros.nodes.parameters import check_files, declare
+from ur5_ros.nodes.parameters import check_sections, declare
 from ur5_ros.nodes.process import DONE, LOSS, freeze_garbage, run_node
 from ur5_ros.nodes.recording import Recording, run_of
 from ur5_ros.nodes.shutdown import StopRequest
@@ -35,16 +35,16 @@ class SimNode:
 
     Parameters
     ----------
-    arguments : sequence of str
-        Command line.
+    files : mapping
+        Parameter files by path, as read.
     stop : StopRequest
         Asks it to end.
 
     """
 
-    def __init__(self, arguments: Sequence[str], stop: StopRequest) -> None:
+    def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
         self.node = Node('ur5_sim')
-        check_files(arguments, self.node.get_fully_qualified_name(), read_yaml)
+        check_sections(files, self.node.get_fully_qualified_name())
         parameters = self.parameters = declare(self.node, SIM_PARAMETERS)
         if self.node.get_parameter('use_sim_time').value:
             raise Refusal('use_sim_time is true, but this node makes the time; leave it false')
@@ -103,9 +103,11 @@ class SimNode:
         self.gate.was_reset(self.simulation.plant.k)
         return word
 
-    def change(self, name: str, value: Any) -> None:
-        """Change a live parameter; it acts from the next period."""
-        self.simulation.plant.change(name, value)
+    def change(self, changes: dict[str, Any]) -> None:
+        """Change live parameters; they act from the next period."""
+        for name, value in changes.items():
+            if value != self.simulation.plant.parameters[name]:
+                self.simulation.plant.change(name, value)
         self.simulation.send_events(self.simulation.plant)
 
     def _end(self) -> int:

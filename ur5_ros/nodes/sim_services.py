@@ -83,8 +83,4 @@ def offer_services(node: Node, sim: Any) -> None:
     add_service(node, SetBool, '~/pause', lambda request: call(lambda: sim.pause(request.data)))
     add_service(node, Trigger, '~/reset', lambda request: call(sim.reset))
 
-    def change(name: str, value: Any) -> None:
-        if value != sim.simulation.plant.parameters[name]:
-            call(lambda: sim.change(name, value))
-
-    serve(node, SIM_PARAMETERS, change)
+    serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)))
