@@ -51,6 +51,10 @@ def resisted_change(
         delta = np.linalg.solve(A, drive)
         if (lower <= qd + delta).all() and (qd + delta <= upper).all():
             return delta, np.zeros(6)
+    else:
+        f = drive + A @ qd  # what it takes to stop every joint at once
+        if (np.abs(f) <= level).all() and (lower <= 0.0).all() and (upper >= 0.0).all():
+            return -qd, f
     v = np.where(np.abs(np.diag(A) * qd) < level, 0.0, qd)  # slow joints: held, as a first guess
     v = np.minimum(np.maximum(v, lower), upper)
     sign = np.sign(v)
