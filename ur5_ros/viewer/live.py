@@ -15,7 +15,7 @@ from ur5_ros.viewer.urdf_tree import UrdfTree, parse_urdf
 
 FRAME = 1 / 25
 KEPT = 500
-PATIENCE = 3.0
+PATIENCE = 10.0
 
 
 class LiveView:
@@ -31,10 +31,15 @@ class LiveView:
 
     def __init__(self, port: int = 8080):
         self._listener = Listener()
-        self._tree = self._described()
+        self.tree = self._described()
         self._samples: deque[Sample] = deque(maxlen=KEPT)
-        self.page = Page(self._tree, _empty(), 'ur5, live', port)
+        self.page = Page(self.tree, _empty(), 'ur5, live', port)
         self._drawn = 0.0
+
+    @property
+    def newest(self) -> Sample | None:
+        """Return the sample that is shown."""
+        return self._samples[-1] if self._samples else None
 
     def serve(self) -> None:
         """Follow until interrupted."""
@@ -90,7 +95,7 @@ class LiveView:
         wanted = np.array([sample.wanted for sample in self._samples])
         return Track(np.array([sample.t for sample in self._samples]), q,
                      np.array([sample.effort for sample in self._samples]), q - wanted,
-                     tool_positions(self._tree, q), tool_positions(self._tree, wanted))
+                     tool_positions(self.tree, q), tool_positions(self.tree, wanted))
 
 
 def _empty() -> Track:

@@ -37,11 +37,17 @@ class RecordedView:
             self.play = gui.add_button('Play')
             self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
                                           initial_value='1')
+        self.dark = self.page.dark
         self._playing = False
         self._lock = threading.Lock()
         self.time.on_update(lambda _: self._show())
-        self.play.on_click(lambda _: self._toggle())
+        self.play.on_click(lambda _: self.play_or_pause())
         self._show()
+
+    @property
+    def page_times(self) -> list[float]:
+        """Return the times that can be shown [s]."""
+        return self._track.t.tolist()
 
     def serve(self) -> None:
         """Play while the button says so, until interrupted."""
@@ -65,9 +71,10 @@ class RecordedView:
         t = self.time.value + seconds * float(self.speed.value)
         self.time.value = min(t, end)
         if t >= end:
-            self._toggle()
+            self.play_or_pause()
 
-    def _toggle(self) -> None:
+    def play_or_pause(self) -> None:
+        """Do what the button does; at the end, start again."""
         self._playing = not self._playing
         if self._playing and self.time.value >= float(self._track.t[-1]) - 1e-9:
             self.time.value = 0.0

@@ -11,6 +11,16 @@ from ur5_ros.viewer.curves import Curves
 from ur5_ros.viewer.track import Track
 from ur5_ros.viewer.urdf_tree import UrdfTree
 
+#: Where the camera stands and what it looks at [m], in a wide and in an upright window.
+_WIDE = (0.9, 1.25, 0.95), (0.0, 0.0, 0.35)
+_UPRIGHT = (0.9, 2.25, 1.0), (-0.3, 0.25, -0.1)
+
+
+def _aim(client: viser.ClientHandle) -> None:
+    """Keep the arm out from under the panel of an upright window."""
+    if client.camera.aspect < 0.8:
+        client.camera.position, client.camera.look_at = _UPRIGHT
+
 
 class Page:
     """
@@ -38,16 +48,16 @@ class Page:
         gui.set_panel_label(title)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.server.initial_camera.position = (0.9, 1.25, 0.95)
-        self.server.initial_camera.look_at = (0.0, 0.0, 0.35)
+        self.server.initial_camera.position, self.server.initial_camera.look_at = _WIDE
+        self.server.on_client_connect(_aim)
         self.arm = ArmScene(self.server, tree)
         self.numbers = gui.add_markdown('')
         self.controls = gui.add_folder('Time')
         with gui.add_folder('Curves'):
             self.curves = Curves(self.server, track)
-        dark = gui.add_checkbox('Dark', initial_value=False)
-        dark.on_update(lambda _: gui.configure_theme(
-            dark_mode=dark.value, show_logo=False, show_share_button=False))
+        self.dark = gui.add_checkbox('Dark', initial_value=False)
+        self.dark.on_update(lambda _: gui.configure_theme(
+            dark_mode=self.dark.value, show_logo=False, show_share_button=False))
 
     @property
     def address(self) -> str:

@@ -1,0 +1,65 @@
+"""The live view follows a running simulator and asks nothing of it."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ur5_ros.config import config_folder
+from ur5_ros.errors import Refusal
+from ur5_ros.viewer import view
+from ur5_ros.viewer.live import LiveView
+
+SIMULATOR = [
+    Path(sys.executable).parent / 'sim_node', '--ros-args', '-p', 'arm:=ur10e', '-p', "bag:=''",
+    '-p', 'lockstep:=false', '-p', 'fallback:=zero_torque', '-p', 'tf_prefix:=left_']
+
+
+@pytest.fixture
+def network(monkeypatch):
+    """Give this test a domain of its own on 127.0.0.1."""
+    monkeypatch.setenv('ROS_DOMAIN_ID', '176')
+    monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE',
+                       str(config_folder() / 'fastdds_loopback.xml'))
+    monkeypatch.delenv('ROS_AUTOMATIC_DISCOVERY_RANGE', raising=False)
+
+
+@pytest.fixture
+def simulator(network, tmp_path):
+    """Return a running simulator whose arm falls."""
+    process = subprocess.Popen([str(word) for word in SIMULATOR], cwd=tmp_path,
+                               env=dict(os.environ), stdin=subprocess.DEVNULL,
+                               stderr=subprocess.STDOUT,
+                               stdout=(tmp_path / 'simulator.log').open('w'))
+    yield process
+    process.send_signal(signal.SIGINT)
+    process.wait(timeout=20)
+
+
+def test_the_live_view_draws_the_arm_that_runs_where_it_is(simulator):
+    shown = LiveView(18340)
+    try:
+        seen, end = [], time.monotonic() + 60
+        while len(seen) < 20 and time.monotonic() < end:
+            if shown.update():
+                seen.append(shown.newest)
+            time.sleep(0.02)
+    finally:
+        shown.close()
+    assert len(seen) == 20
+    assert [sample.t for sample in seen] == sorted({sample.t for sample in seen})
+    moved = np.abs(seen[-1].q - seen[0].q).max()
+    assert moved > 1e-3, 'the arm falls under zero torque'
+    assert shown.tree.root == 'left_base_link'
+    reach = sum(np.linalg.norm(joint.pose[:3, 3]) for joint in shown.tree.joints)
+    assert reach > 1.3, 'a ur10e, as /robot_description says, not the default ur5'
+
+
+def test_live_and_a_run_together_are_refused():
+    with pytest.raises(Refusal, match='leave the run away'):
+        view(Path('bags/some'), live=True)
