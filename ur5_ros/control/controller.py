@@ -29,6 +29,7 @@ from ur5_ros.control.settings import changed, settings_from
 from ur5_ros.control.timeline import Timeline
 from ur5_ros.control.tolerances import JointTolerance, Verdict, resolve_tolerances
 from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, Reference
 
 #: An autostarted experiment begins at once when the arm stands this near to it [rad]; from further
@@ -48,6 +49,8 @@ class Controller:
         Values of ``CONTROL_PARAMETERS``; what is missing takes its default.
     control_rate : int, optional
         Control periods a second [Hz], where known: motions are then tabled on exactly this grid.
+    arm : ArmParameters, optional
+        The law's arm; that of ``parameters['arm']`` by default.
 
     Raises
     ------
@@ -56,9 +59,10 @@ class Controller:
 
     """
 
-    def __init__(self, parameters: Mapping[str, Any], control_rate: int | None = None):
+    def __init__(self, parameters: Mapping[str, Any], control_rate: int | None = None,
+                 arm: ArmParameters | None = None):
         self.parameters = complete(CONTROL_PARAMETERS, parameters)
-        self.arm = load_arm(self.parameters['arm'])
+        self.arm = load_arm(self.parameters['arm']) if arm is None else arm
         self._rate = control_rate
         self._settings = settings_from(self.parameters, self.arm, control_rate)
         self._names = [self._settings.prefix + name for name in JOINT_NAMES]
