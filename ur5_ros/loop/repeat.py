@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.series import Event, Run, Side
+from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.control.controller import Controller
 from ur5_ros.errors import Refusal
@@ -161,14 +162,12 @@ def _happen(plant: Plant, event: Event, by_command: bool) -> None:
 
 def _compared(what: str, fed: str, stamp: np.ndarray, recorded: np.ndarray, found: np.ndarray,
               side: Side) -> Repetition:
-    from ur5_ros.bag.fingerprint import fingerprint
     differs = (recorded.view(np.uint64) != found.view(np.uint64)).any(axis=1)
     first = int(np.argmax(differs)) if differs.any() else None
     difference = np.abs(recorded - found)
-    named = getattr(side, 'fingerprint', None)
     return Repetition(
         what, fed, len(stamp), int(differs.sum()),
         None if first is None else int(stamp[first]),
         '' if first is None else JOINT_NAMES[int(np.argmax(difference[first])) % 6],
         float(difference.max(initial=0.0)),
-        None if not named else dict(named) == fingerprint())
+        dict(side.fingerprint) == fingerprint() if side.fingerprint else None)
