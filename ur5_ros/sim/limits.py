@@ -82,6 +82,7 @@ def check_rates(control_rate: int, physics_rate: int) -> None:
     if physics_rate % control_rate == 0:
         return
     fitting = [rate for rate in range(1, physics_rate + 1) if physics_rate % rate == 0]
-    near = sorted(sorted(fitting, key=lambda rate: abs(rate - control_rate))[:2])
+    near = [max((rate for rate in fitting if rate < control_rate), default=None),
+            min((rate for rate in fitting if rate > control_rate), default=None)]
     raise Refusal(f'control_rate {control_rate} Hz does not divide physics_rate {physics_rate} '
-                  f'Hz; use {" or ".join(map(str, near))}')
+                  f'Hz; use {" or ".join(str(rate) for rate in near if rate)}')
