@@ -150,17 +150,26 @@ def test_other_names_or_another_order_do_not_match(names):
 def test_padding_that_another_writer_left_uninitialised_is_ignored():
     codec = FixedJointState(JOINT_NAMES)
     data = bytearray(codec.encode(1, *[np.arange(6.0)] * 3))
-    compared = np.zeros(codec.size, bool)
-    for offset, constant in codec.layout.constants():
-        compared[offset:offset + len(constant)] = True
+    compared = np.frombuffer(codec.layout.mask, np.uint8) != 0
     for offset, _, number in codec.layout.holes.values():
         compared[offset:offset + 8 * number] = True
-    padding = np.flatnonzero(~compared)
+    padding = np.flatnonzero(~compared[4:]) + 4
     assert len(padding) > 4
     for at in padding:
         data[at] = 0xA5
     assert codec.matches(bytes(data))
     assert decode('sensor_msgs/msg/JointState', bytes(data))['name'] == list(JOINT_NAMES)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 315), st.integers(1, 255)), min_size=1, max_size=20))
+def test_many_messages_are_compared_as_one_is(changes):
+    codec = FixedJointState(JOINT_NAMES)
+    good = np.frombuffer(codec.encode(1, *[np.arange(6.0)] * 3), np.uint8)
+    rows = np.repeat(good[None], len(changes) + 1, axis=0)
+    for row, (at, change) in zip(rows, changes, strict=False):
+        row[at] ^= change
+    assert codec.layout.fits(rows).tolist() == [codec.matches(row.tobytes()) for row in rows]
 
 
 def test_the_fixed_trajectory_point_equals_the_general_codec_and_comes_back():

@@ -162,7 +162,8 @@ class FixedTrajectoryPoint:
         """Return (stamp [ns], positions, velocities, accelerations, effort), read-only views."""
         arrays = [np.frombuffer(data, _FLOAT, number, self.layout.holes.get(name, (0,))[0])
                   for name, number in self._counts.items()]
-        return _stamp_from(data), *arrays
+        q, qd, qdd, tau = arrays
+        return _stamp_from(data), q, qd, qdd, tau
 
 
 class FixedPose:

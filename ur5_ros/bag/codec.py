@@ -222,13 +222,14 @@ def _write_numbers(out: bytearray, kind: str, values: Any) -> None:
 
 
 def _write_single(out: bytearray, field: Field, value: Any, definitions: Definitions) -> None:
+    kind = None if field.nested else PRIMITIVES[field.base]
     if field.nested:
         _write_message(out, field.base, value or {}, definitions)
-    elif PRIMITIVES[field.base] is None:
+    elif kind is None:
         data = (value or '').encode() + b'\0'
         if field.text_bound and len(data) > field.text_bound + 1:
             raise ValueError(f'{field.name} has {len(data) - 1} bytes; {field.text_bound} fit')
         _align(out, 4)
         out += len(data).to_bytes(4, 'little') + data
     else:
-        _write_numbers(out, PRIMITIVES[field.base], [0 if value is None else value])
+        _write_numbers(out, kind, [0 if value is None else value])

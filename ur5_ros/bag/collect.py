@@ -94,10 +94,10 @@ class Collector:
             first = int(left.argmax())
             begin = int(found.offsets[first])
             data = bytes(buffer[begin:begin + int(found.lengths[first])])
-            known = self._read(data, first, rows)
-            if known is not None:
-                self._layouts.append(known)
-                self._take(known, buffer, found, left, rows)
+            new = self._read(data, first, rows)
+            if new is not None:
+                self._layouts.append(new)
+                self._take(new, buffer, found, left, rows)
             left[first] = False
         self._skipped += len(rows.kept) - int(rows.kept.sum())
         self._parts.append((found.log_times[rows.kept], found.publish_times[rows.kept],
@@ -109,11 +109,9 @@ class Collector:
         layout, order = known
         chosen = np.flatnonzero(left & (found.lengths == layout.size))
         data = gather(buffer, found.offsets[chosen], layout.size)
-        for offset, constant in layout.constants():
-            equal = data[:, offset:offset + len(constant)] == np.frombuffer(constant, np.uint8)
-            if not equal.all():  # over all at once: much faster than row by row
-                fits = equal.all(axis=1)
-                chosen, data = chosen[fits], data[fits]
+        fits = layout.fits(data)
+        if not fits.all():
+            chosen, data = chosen[fits], data[fits]
         left[chosen] = False
         if order is None:
             return
@@ -188,9 +186,10 @@ class _Rows:
             return
         self.stamp[chosen] = stamp
         for name, values in fields.items():
-            if self._fields[name] is None:
-                self._fields[name] = np.full((len(self.stamp), width), np.nan)
-            self._fields[name][chosen] = values
+            column = self._fields[name]
+            if column is None:
+                column = self._fields[name] = np.full((len(self.stamp), width), np.nan)
+            column[chosen] = values
 
     def arrays(self, width: int) -> list[np.ndarray]:
         """Return stamps and fields of the rows that were filled."""

@@ -74,6 +74,8 @@ class FileDefinitions:
         self._report = report
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
+        self._topics: dict[int, TopicInfo] = {}
+        self._stale = True
 
     def add(self, opcode: int, content: bytes) -> None:
         """
@@ -85,6 +87,7 @@ class FileDefinitions:
             If the record is damaged.
 
         """
+        self._stale = True
         if opcode == Opcode.SCHEMA:
             schema = parse_record(Schema, content, str(self._path))
             if self.schemas.setdefault(schema.id, schema) != schema:
@@ -96,12 +99,20 @@ class FileDefinitions:
 
     def topics(self) -> dict[int, TopicInfo]:
         """Return what is known of each channel."""
-        found = {}
+        if not self._stale:
+            return self._topics
+        self._topics, self._stale = {}, False
         for number, channel in self.channels.items():
             schema = self.schemas.get(channel.schema_id)
-            found[number] = TopicInfo(
+            self._topics[number] = TopicInfo(
                 channel.topic, schema.name if schema else '', channel.message_encoding,
                 schema.encoding if schema else '', schema.data if schema else b'',
                 channel.metadata.get('offered_qos_profiles', ''),
                 channel.metadata.get('topic_type_hash', ''))
-        return found
+        return self._topics
+
+    def forget(self) -> None:
+        """Drop all that was defined: it came out of a damaged summary."""
+        self.schemas.clear()
+        self.channels.clear()
+        self._stale = True

@@ -12,6 +12,7 @@ from mcap.records import (
     DataEnd,
     Footer,
     Header,
+    McapRecord,
     Metadata,
     MetadataIndex,
     Schema,
@@ -76,7 +77,7 @@ class McapFile:
 
         Its records stand in the file itself and, under a CRC, in the next chunk.
         """
-        records = [channel]
+        records: list[McapRecord] = [channel]
         if schema.id not in self._schemas and schema.id:
             self._schemas[schema.id] = schema
             records.insert(0, schema)

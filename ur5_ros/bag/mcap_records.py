@@ -52,7 +52,7 @@ class _ExactStream(ReadDataStream):
         return data
 
 
-def parse_record(kind: type, content: bytes, source: str) -> Any:
+def parse_record(kind: Any, content: bytes, source: str) -> Any:
     """
     Return a record of the mcap package from its content (without opcode and length).
 

@@ -3,7 +3,7 @@
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple, Protocol
 
 import numpy as np
 from mcap.records import DataEnd, Header, Metadata
@@ -28,6 +28,22 @@ class Batch(NamedTuple):
 
     buffer: bytes | bytearray
     messages: Walk
+
+
+class Source(Protocol):
+    """Where the messages of a bag come from: an MCAP file, or a folder read by others."""
+
+    path: Path
+    size: int
+    metadata: list[tuple[str, dict[str, str]]]
+    counts: dict[int, int]
+
+    @property
+    def topics(self) -> dict[int, TopicInfo]:
+        """What is known of each channel."""
+
+    def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
+        """Yield all messages."""
 
 
 class McapSource:
@@ -78,8 +94,7 @@ class McapSource:
             self.summary = read_summary(file, self.path, self.size, self._definitions)
         except BagProblem as problem:
             self.report(str(problem))
-            self._definitions.schemas.clear()
-            self._definitions.channels.clear()
+            self._definitions.forget()
         if self.summary is not None:
             self.metadata = list(self.summary.metadata)
         else:
@@ -144,7 +159,8 @@ class McapSource:
 
     def _gathered(self) -> Iterator[list[bytes]]:
         """Yield contents of chunks, several together up to BATCH_SIZE."""
-        gathered, size = [], 0
+        gathered: list[bytes] = []
+        size = 0
         for content in self._contents():
             gathered.append(content)
             size += len(content)

@@ -54,7 +54,7 @@ class TopicEntry(NamedTuple):
     type: str
     qos: Sequence[Mapping[str, Any]]
     type_hash: str
-    count: int
+    messages: int
 
 
 class FileEntry(NamedTuple):
@@ -64,7 +64,7 @@ class FileEntry(NamedTuple):
     start: int | None
     """Smallest log time [ns], None in a file without messages."""
     end: int
-    count: int
+    messages: int
 
 
 class _Dumper(yaml.SafeDumper):
@@ -93,13 +93,13 @@ def describe_bag(files: Sequence[FileEntry], topics: Sequence[TopicEntry],
         'storage_identifier': 'mcap',
         'duration': {'nanoseconds': end - start},
         'starting_time': {'nanoseconds_since_epoch': start},
-        'message_count': sum(file.count for file in files),
+        'message_count': sum(file.messages for file in files),
         'topics_with_message_count': [
             {'topic_metadata': {
                 'name': topic.name, 'type': topic.type, 'serialization_format': 'cdr',
                 'offered_qos_profiles': [dict(profile) for profile in topic.qos],
                 'type_description_hash': topic.type_hash},
-             'message_count': topic.count}
+             'message_count': topic.messages}
             for topic in topics],
         'compression_format': '',
         'compression_mode': '',
@@ -109,7 +109,7 @@ def describe_bag(files: Sequence[FileEntry], topics: Sequence[TopicEntry],
              'starting_time': {
                  'nanoseconds_since_epoch': NEVER if file.start is None else file.start},
              'duration': {'nanoseconds': 0 if file.start is None else file.end - file.start},
-             'message_count': file.count}
+             'message_count': file.messages}
             for file in files],
         'custom_data': dict(custom_data) or None,
         'ros_distro': DISTRO,

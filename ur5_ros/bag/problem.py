@@ -2,6 +2,18 @@
 
 from ur5_ros.errors import Refusal
 
+#: Longest sentence about a bag; names in hostile files have any length.
+MAX_LENGTH = 500
+
+
+def one_line(sentence: str) -> str:
+    """Return a sentence that may hold names out of a file as one line of bounded length."""
+    plain = ''.join(each if each.isprintable() else '?' for each in sentence)
+    return plain if len(plain) <= MAX_LENGTH else plain[:MAX_LENGTH] + '...'
+
 
 class BagProblem(Refusal):
     """A file is not what it claims to be; the message is one line: which file and what."""
+
+    def __init__(self, sentence: str) -> None:
+        super().__init__(one_line(sentence))

@@ -11,14 +11,17 @@ from ur5_ros.bag.codec import decode
 from ur5_ros.bag.collect import Collector, RawCollector
 from ur5_ros.bag.columns import KINDS, Columns, RawColumns
 from ur5_ros.bag.definitions import TopicInfo
-from ur5_ros.bag.mcap_source import Batch, McapSource
-from ur5_ros.bag.problem import BagProblem
+from ur5_ros.bag.mcap_source import Batch, Source
+from ur5_ros.bag.problem import BagProblem, one_line
 from ur5_ros.bag.sources import compare_counts, open_sources, read_descriptions
 from ur5_ros.bag.walk import CompiledWalk, Walk, walk
 from ur5_ros.errors import Refusal
 
 #: Bags larger than this are walked by compiled code, which takes a second to get ready [bytes].
 COMPILE_ABOVE = 16 << 20
+
+#: Sentences that are kept about one bag.
+MAX_PROBLEMS = 1000
 
 
 def open_bag(path: Path | str) -> 'Bag':
@@ -69,7 +72,8 @@ class Bag:
                                                          self._report)
 
     def _report(self, problem: str) -> None:
-        self._problems[problem] = None
+        if len(self._problems) < MAX_PROBLEMS:
+            self._problems[one_line(problem)] = None
 
     @property
     def problems(self) -> list[str]:
@@ -81,7 +85,7 @@ class Bag:
         """Whether nothing was found wrong or missing so far."""
         return not self._problems
 
-    def _batches(self) -> Iterator[tuple[McapSource, Batch]]:
+    def _batches(self) -> Iterator[tuple[Source, Batch]]:
         """Yield all batches of all files; afterwards compare the counts with metadata.yaml."""
         large = sum(source.size for source in self.sources) > COMPILE_ABOVE
         fast = CompiledWalk() if large else walk
@@ -110,7 +114,7 @@ class Bag:
                 if info.name == topic and info.type == self.topics[topic]:
                     return info
         known = ', '.join(sorted(self.topics)) or 'none'
-        raise Refusal(f'{self.path}: no topic {topic}; there are: {known}')
+        raise Refusal(one_line(f'{self.path}: no topic {topic}; there are: {known}'))
 
     def _pass(self, collectors: Mapping[str, Any]) -> None:
         """Hand the messages of each topic to its collector, in one pass over the bag."""
@@ -169,7 +173,9 @@ class Bag:
         if info.type != 'sensor_msgs/msg/JointState':
             raise Refusal(f'{self.path}: topic {topic} is {info.type}, '
                           'not sensor_msgs/msg/JointState')
-        return self.load({topic: names})[topic]
+        columns = self.load({topic: names})[topic]
+        assert isinstance(columns, Columns)
+        return columns
 
     def messages(self, topic: str) -> Iterator[tuple[int, dict[str, Any]]]:
         """
@@ -201,4 +207,5 @@ class Bag:
 
 def _select(found: Walk, chosen: np.ndarray) -> Walk:
     """Return some of the messages of a walk."""
-    return Walk(*(column[chosen] for column in found[:5]), [])
+    return Walk(found.channels[chosen], found.offsets[chosen], found.lengths[chosen],
+                found.log_times[chosen], found.publish_times[chosen], [])

@@ -14,7 +14,7 @@ from ur5_ros.bag.bag_folder import BagFolder, make_topic
 from ur5_ros.bag.chunk import Message
 from ur5_ros.bag.definitions import TopicInfo
 from ur5_ros.bag.folder import RECOVERED, UNFINISHED, bags_of_run
-from ur5_ros.bag.mcap_source import McapSource
+from ur5_ros.bag.mcap_source import Source
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.reader import Bag, open_bag
@@ -143,7 +143,7 @@ def _rewrite(bag: Bag, folder: Path) -> None:
         _sync(written)
 
 
-def _messages(source: McapSource, copy: BagFolder,
+def _messages(source: Source, copy: BagFolder,
               numbers: dict[tuple[str, str], int]) -> Iterator[list[Message]]:
     """Yield the messages of a file, their topics announced under the numbers of the copy."""
     for batch in source.batches():

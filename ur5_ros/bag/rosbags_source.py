@@ -50,7 +50,7 @@ class RosbagsSource:
         self.path = path
         self.metadata: list[tuple[str, dict[str, str]]] = []
         self.counts: dict[int, int] = {}
-        self.topics: dict[int, TopicInfo] = {}
+        self._topics: dict[int, TopicInfo] = {}
         self.size = sum(file.stat().st_size for file in path.glob('*.db3'))
         self._report = report
         self._reader = Reader
@@ -58,12 +58,17 @@ class RosbagsSource:
             with Reader(path) as reader:
                 for number, each in enumerate(reader.connections, start=1):
                     text = each.msgdef.data
-                    self.topics[number] = TopicInfo(
-                        each.topic, each.msgtype, each.ext.serialization_format,
+                    self._topics[number] = TopicInfo(
+                        each.topic, each.msgtype, getattr(each.ext, 'serialization_format', ''),
                         'ros2msg' if text and each.msgdef.format.name == 'MSG' else '',
                         text.encode(), '', each.digest)
         except Exception as error:  # rosbags and sqlite raise many kinds on damaged files
             raise BagProblem(f'{path}: rosbags cannot read it: {_line(error)}') from None
+
+    @property
+    def topics(self) -> dict[int, TopicInfo]:
+        """What is known of each topic, under numbers of our own."""
+        return self._topics
 
     def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
         """Yield all messages, by log time, as records like those of an MCAP file."""
@@ -83,14 +88,19 @@ class RosbagsSource:
                                            time, time)
                     buffer += data
                     if len(buffer) > BATCH_SIZE:
-                        yield Batch(bytes(buffer), fast(buffer))
+                        yield from self._batch(buffer, fast)
                         buffer = bytearray()
         except GeneratorExit:
             raise
         except Exception as error:
             self._report(f'{self.path}: rosbags cannot read on: {_line(error)}')
-        if buffer:
-            yield Batch(bytes(buffer), fast(buffer))
+        yield from self._batch(buffer, fast)
+
+    def _batch(self, buffer: bytearray, fast: Callable[[bytes], Walk | None]) -> Iterator[Batch]:
+        content = bytes(buffer)
+        found = fast(content)
+        if found is not None:
+            yield Batch(content, found)
 
 
 def _line(error: Exception) -> str:

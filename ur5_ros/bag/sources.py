@@ -7,7 +7,7 @@ from typing import Any
 
 from ur5_ros.bag.bag_folder import DESCRIPTION_RECORD, NOTE_RECORD
 from ur5_ros.bag.mcap_records import CHECKSUM, checksum
-from ur5_ros.bag.mcap_source import McapSource
+from ur5_ros.bag.mcap_source import McapSource, Source
 from ur5_ros.bag.metadata import NAME, Information, read_metadata
 from ur5_ros.bag.problem import BagProblem
 from ur5_ros.errors import Refusal
@@ -15,7 +15,7 @@ from ur5_ros.errors import Refusal
 Report = Callable[[str], None]
 
 
-def open_sources(path: Path, report: Report) -> tuple[Information | None, list[McapSource]]:
+def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequence[Source]]:
     """
     Return what metadata.yaml says (None without a sound one) and the files of a bag, in order.
 
@@ -71,7 +71,8 @@ def _compare_files(path: Path, information: Information, present: Sequence[Path]
 
 
 def _open_files(files: Sequence[Path], report: Report) -> list[McapSource]:
-    sources, problems = [], []
+    sources: list[McapSource] = []
+    problems: list[BagProblem] = []
     for file in files:
         try:
             sources.append(McapSource(file, report))
@@ -79,13 +80,13 @@ def _open_files(files: Sequence[Path], report: Report) -> list[McapSource]:
             problems.append(problem)
     if not sources:
         raise problems[0]
-    for problem in problems:
-        report(str(problem))
+    for found in problems:
+        report(str(found))
     return sources
 
 
 def read_descriptions(
-    path: Path, information: Information | None, sources: Sequence[McapSource], report: Report,
+    path: Path, information: Information | None, sources: Sequence[Source], report: Report,
 ) -> tuple[dict[str, str], dict[str, dict[str, Any]]]:
     """Return the description of a bag and its notes (name -> values), from sound records alone."""
     description: dict[str, str] = {}
@@ -125,7 +126,7 @@ def _note(values: dict[str, str]) -> dict[str, Any] | None:
         return None
 
 
-def compare_counts(path: Path, information: Information | None, sources: Sequence[McapSource],
+def compare_counts(path: Path, information: Information | None, sources: Sequence[Source],
                    report: Report) -> None:
     """Report where metadata.yaml says other numbers of messages than were read."""
     if information is None:

@@ -56,7 +56,7 @@ def walk(content: bytes | bytearray) -> Walk | None:
         at = after
     if at != end:
         return None
-    return Walk(*np.concatenate([*tables, _table(rows)], axis=1), definitions)
+    return _from_table(np.concatenate([*tables, _table(rows)], axis=1), definitions)
 
 
 #: Rows that are kept as Python numbers, which take ten times the memory of an array.
@@ -67,13 +67,17 @@ def _table(rows: list[tuple[int, int, int, int, int]]) -> np.ndarray:
     return np.array(rows, np.uint64).reshape(-1, 5).T.astype(np.int64)
 
 
+def _from_table(table: np.ndarray, definitions: list[tuple[int, int, int]]) -> Walk:
+    return Walk(table[0], table[1], table[2], table[3], table[4], definitions)
+
+
 @cache
 def _compiled() -> Callable:
     """Return the compiled walk; numba is loaded and run only for large files."""
     from numba import njit
 
     def number(buffer, at, size):
-        value = 0
+        value = np.int64(0)
         for k in range(size):
             value |= np.int64(buffer[at + k]) << (8 * k)
         return value
@@ -131,5 +135,6 @@ class CompiledWalk:
             return None
         if found > self.DEFINITIONS:
             return walk(content)
-        definitions = [tuple(row) for row in self._definitions[:found].tolist()]
-        return Walk(*self._table[:, :messages].copy(), definitions)
+        definitions = [(opcode, begin, end) for opcode, begin, end
+                       in self._definitions[:found].tolist()]
+        return _from_table(self._table[:, :messages].copy(), definitions)

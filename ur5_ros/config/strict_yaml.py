@@ -2,7 +2,7 @@
 
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -17,6 +17,9 @@ class StrictModel(BaseModel):
     """Base of the file schemas: unknown keys, NaN and infinity are refused, nothing is coerced."""
 
     model_config = ConfigDict(extra='forbid', allow_inf_nan=False, frozen=True)
+
+
+Model = TypeVar('Model', bound=StrictModel)
 
 
 @cache
@@ -133,7 +136,7 @@ def read_yaml(path: Path) -> Any:
     return parse_yaml(text, str(path))
 
 
-def validate(schema: type[StrictModel], data: Any, source: str) -> StrictModel:
+def validate(schema: type[Model], data: Any, source: str) -> Model:
     """
     Return ``data`` as a record of ``schema``.
 
