@@ -36,6 +36,8 @@ def test_every_snippet_is_run_or_says_why_not():
 @pytest.mark.parametrize('name', sorted(GROUPS))
 def test_the_snippets_of_a_group_run_as_printed(name, tmp_path):
     (tmp_path / '.venv').symlink_to(Path(sys.prefix))
+    (tmp_path / 'bags').mkdir()
+    (tmp_path / 'bags/golden').symlink_to(ROOT / 'bags/golden')
     script = documents.script(GROUPS[name], tmp_path)
     environment = {key: value for key, value in os.environ.items()
                    if not key.startswith(('PYTEST', 'MAKE', '_ROS_WHEELS'))}
