@@ -46,7 +46,7 @@ def main() -> None:
     loop = 'lockstep periods a second, recording on'
     detail = 'both processes on one core; reliable, keep last 1'
     median = {name: float(np.median(values)) for name, values in figures.items()}
-    publish('lockstep', 'The loop of two nodes (1 kHz, the paper\'s experiment)', [
+    publish('lockstep', "The loop of two nodes (1 kHz, the paper's experiment)", [
         Row(loop, 'ping-pong, SingleThreadedExecutor, two cores (its best)',
             ratio(figures, 'loop', 'executor'), 1.2, True, detail),
         Row(loop, 'ping-pong, kept wait set, one core',
