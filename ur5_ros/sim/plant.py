@@ -59,8 +59,6 @@ class Plant:
         Whether ``state`` is ``truth``: neither noise nor delay of states is on.
     stopped : bool
         Whether a protective stop is latched: the brake acts until :meth:`reset`.
-    counters : dict of str to int
-        How often what happened.
 
     Raises
     ------
@@ -86,7 +84,7 @@ class Plant:
         self._events: list[Event] = []
         self._fallback = ''
         self._wrench_end: int | None = None
-        self.counters = {'fallback_periods': 0, 'protective_stops': 0, 'resets': 0}
+        self._counters = {'fallback_periods': 0, 'protective_stops': 0, 'resets': 0}
         self.k = 1
         self.stopped = False
         self._settle()
@@ -96,6 +94,12 @@ class Plant:
     def stamp(self) -> int:
         """Stamp of the present state [ns]."""
         return stamp_of_period(self.k, self._rate)
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Return how often what happened."""
+        return self._counters | {f'limit_{kind}_periods': count
+                                 for kind, count in self._watch.periods.items()}
 
     def step(self, command: np.ndarray | None) -> ArmState:
         """
@@ -196,7 +200,7 @@ class Plant:
         """Return the initial state under the next stamp; commands under way are dropped."""
         self.k += 1
         self.stopped = False
-        self.counters['resets'] += 1
+        self._counters['resets'] += 1
         self._delay.clear()
         self._sensor.forget()
         self._start()
@@ -245,7 +249,7 @@ class Plant:
         mode = 'brake' if self.stopped else self.parameters['fallback']
         if mode != self._fallback:
             self._tell_fallback(mode)
-        self.counters['fallback_periods'] += 1
+        self._counters['fallback_periods'] += 1
         return self._motors.fall_back(mode)
 
     def _look_at_limits(self, k: int, clamped: np.ndarray, held: np.ndarray) -> None:
@@ -262,7 +266,7 @@ class Plant:
 
     def _stop(self, joints: Sequence[str], why: str) -> None:
         self.stopped = True
-        self.counters['protective_stops'] += 1
+        self._counters['protective_stops'] += 1
         self._tell('protective_stop', f'protective stop: {why}; the brake acts until a reset',
                    joints=list(joints))
 
