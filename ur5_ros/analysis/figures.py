@@ -54,6 +54,13 @@ def figures(result: Result) -> list[Figure]:
     if 'dynamics' in series:
         found += _error_figures(series)
     found += _torque_figures(series) + _residual_figures(series)
+    if 'smoothed' in series:
+        t, lacking = series['smoothed']
+        found.append(Figure(
+            'smoothed', 'Torque that the arm does not explain', 'Recorded torque minus inverse '
+            'dynamics, smoothed over blocks.',
+            [curve(t, lacking[:, i], name, COLOURS[i]) for i, name in enumerate(JOINT_NAMES)],
+            'torque [N m]', wide=True))
     if 'surplus' in series:
         run = series['run']
         found.append(Figure(
@@ -177,8 +184,7 @@ def _torque_figures(series) -> list[Figure]:
 def _residual_figures(series) -> list[Figure]:
     run, found = series['run'], []
     for key, title in (('residual_control', "Residual with the controller's arm"),
-                       ('residual_sim', "Residual with the simulator's arm"),
-                       ('residual_filtered', 'Residual, filtered inverse dynamics')):
+                       ('residual_sim', "Residual with the simulator's arm")):
         if key not in series:
             continue
         traces = [curve(run.t[:-1], floor(series[key][:, i]), name, COLOURS[i])
@@ -204,5 +210,6 @@ def _timing_figures(series) -> list[Figure]:
 
 
 def floor(values: np.ndarray) -> np.ndarray:
-    """Return magnitudes for a logarithmic axis: at least 1e-18."""
-    return np.maximum(np.abs(values), 1e-18)
+    """Return magnitudes for a logarithmic axis; zero, which it cannot show, makes a gap."""
+    size = np.abs(values)
+    return np.where(size > 0.0, size, np.nan)

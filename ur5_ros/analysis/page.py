@@ -31,7 +31,7 @@ td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
 td { overflow-wrap: anywhere; }
 td:first-child { min-width: 9em; overflow-wrap: normal; }
 .plots { display: grid; grid-template-columns: 1fr 1fr; gap: 26px 28px; }
-figure { margin: 0; min-width: 0; } figure.wide { grid-column: 1 / -1; }
+figure { margin: 0; min-width: 0; overflow: hidden; } figure.wide { grid-column: 1 / -1; }
 figcaption b { display: block; } figcaption { font-size: 0.86rem; color: var(--soft); }
 figcaption b { color: var(--ink); font-size: 0.98rem; }
 .plot { height: 330px; width: 100%; }
@@ -64,7 +64,9 @@ function look(figure, box) {
     margin: {l: narrow ? 48 : 62, r: 10, t: 8, b: 44},
     xaxis: {...axis, title: {text: figure.x, standoff: 6}},
     yaxis: {...axis, title: {text: figure.y, standoff: 6}, type: figure.log ? 'log' : 'linear',
-      exponentformat: 'power', nticks: narrow ? 6 : 8},
+      exponentformat: 'power', nticks: narrow ? 6 : 8, minorloglabels: 'none'},
+    width: box.clientWidth, height: box.clientHeight,
+    modebar: {bgcolor: 'rgba(0,0,0,0)', color: line, activecolor: ink},
     legend: {orientation: 'h', y: -0.2, x: 0, font: {size: narrow ? 9 : 11}},
     hovermode: 'closest', dragmode: narrow ? false : 'zoom', bargap: 0,
     hoverlabel: {namelength: -1},
@@ -74,9 +76,12 @@ function draw() {
   for (const figure of figures) {
     const box = document.getElementById('plot-' + figure.key);
     Plotly.react(box, figure.traces, look(figure, box),
-      {responsive: true, displaylogo: false, modeBarButtonsToRemove: ['lasso2d', 'select2d']});
+      {displaylogo: false, displayModeBar: 'hover',
+        modeBarButtonsToRemove: ['lasso2d', 'select2d']});
   }
 }
 draw();
+let waiting = 0;
+addEventListener('resize', () => { clearTimeout(waiting); waiting = setTimeout(draw, 120); });
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
 """

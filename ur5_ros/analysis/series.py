@@ -91,6 +91,8 @@ class Run:
     problems: tuple[str, ...] = ()
     """Why the recording is not whole, one sentence each; empty where it is."""
     folder: str = ''
+    follows_reference: bool = False
+    """Whether the effort is a robot's own target torque, which belongs to the reference."""
     current: np.ndarray | None = None
     """Motor currents [A], shape (n, 6), of a real robot's log."""
 
@@ -117,6 +119,17 @@ class Run:
         known = np.isfinite(self.truth.q).all(axis=1)[:, None]
         return States(*(np.where(known, truth, seen)
                         for truth, seen in zip(self.truth, self.states, strict=True)))
+
+    @property
+    def noisy(self) -> bool:
+        """Tell whether the states carry noise and the exact ones are not recorded."""
+        if self.truth is not None or self.sim is None:
+            return self.sim is None
+        given = [self.sim.parameters] + [
+            {event.values.get('name'): event.values.get('value')}
+            for event in self.events if event.kind == 'parameter']
+        return any(each.get(name) for each in given
+                   for name in ('noise.position', 'noise.velocity'))
 
     @property
     def steps(self) -> np.ndarray:
