@@ -167,8 +167,8 @@ class Observer:
         self._thread.start()
 
     def hear(self, message_type: type, topic: str, kept: bool = False,
-             react: Callable[[Any], None] | None = None) -> list[Any]:
-        """Return a list that fills with the messages of a topic."""
+             react: Callable[[Any], None] | None = None, publishers: int = 1) -> list[Any]:
+        """Return a list that fills with the messages of a topic that somebody publishes."""
         heard: list[Any] = []
 
         def take(message: Any) -> None:
@@ -180,7 +180,9 @@ class Observer:
         qos = QoSProfile(depth=1000, durability=durability,
                          reliability=ReliabilityPolicy.RELIABLE
                          if topic != '/clock' else ReliabilityPolicy.BEST_EFFORT)
-        self.node.create_subscription(message_type, topic, take, qos)
+        subscription = self.node.create_subscription(message_type, topic, take, qos)
+        wait_until(lambda: subscription.handle.get_publisher_count() >= publishers,
+                   f'a publisher of {topic}')
         return heard
 
     def publisher(self, message_type: type, topic: str, subscribers: int = 1) -> Any:

@@ -15,7 +15,7 @@ from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.serving import LoopRequests
 from ur5_ros.nodes.sim_services import StepService
 from ur5_ros.nodes.simulation import Simulation, push
-from ur5_ros.nodes.topics import HOT, Topics
+from ur5_ros.nodes.topics import HEARD, HOT, Topics
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
 
@@ -67,13 +67,13 @@ class SimInputs:
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
         self._heard: dict[int, tuple[str, int, Any]] = {}
-        for role, topic, message_type, take in (
-            ('joint_command', 'joint_command', JointState, self._take_command),
-            ('forward_command', 'forward_effort_controller/commands', Float64MultiArray,
+        for role, topic, message_type, qos, take in (
+            ('joint_command', 'joint_command', JointState, HOT, self._take_command),
+            ('forward_command', 'forward_effort_controller/commands', Float64MultiArray, HEARD,
              self._take_array),
-            ('external_wrench', '~/external_wrench', WrenchStamped, self._take_wrench),
+            ('external_wrench', '~/external_wrench', WrenchStamped, HEARD, self._take_wrench),
         ):
-            number, record = topics.subscribe(role, topic, message_type, HOT)
+            number, record = topics.subscribe(role, topic, message_type, qos)
             self._heard[number] = (topics.names[role], record, take)
             if 'command' in role:
                 self.command_topics.append(topics.names[role])
