@@ -61,7 +61,7 @@ def test_a_state_that_is_not_finite_is_answered_from_the_last_good_one(bad):
 
 def test_with_nothing_to_believe_there_is_no_answer():
     controller = Controller({}, RATE)
-    with pytest.raises(Refusal, match='not finite at stamp 2000000 ns; not answered'):
+    with pytest.raises(Refusal, match='not finite .* at stamp 2000000 ns; not answered'):
         controller.update(state(1, HOME * np.nan))
     controller.update(state(2))
     for k in range(3, 13):

@@ -18,11 +18,11 @@ from ur5_ros.control.answer import (
     Answer,
     describe,
 )
+from ur5_ros.control.beginning import plan_autostart, plan_rest
 from ur5_ros.control.experiment import experiment_motion
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.law import torque_of, warm_up, within_limits
-from ur5_ros.control.motion import Still
 from ur5_ros.control.plausibility import Arrival, StateGate, bounds, joint_beyond
 from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
@@ -30,13 +30,7 @@ from ur5_ros.control.timeline import Timeline
 from ur5_ros.control.tolerances import JointTolerance, Verdict, resolve_tolerances
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.signals import JOINT_NAMES, ArmState, Reference
-
-#: An autostarted experiment begins at once when the arm stands this near to it [rad]; from further
-#: away the arm first moves there.
-START_DISTANCE = 0.5
-#: Speed below which a first state counts as standing [rad/s].
-_STANDING = 0.01
+from ur5_ros.signals import JOINT_NAMES, ArmState
 
 
 class Controller:
@@ -247,21 +241,17 @@ class Controller:
         self._refused = self._stopped = ''
 
     def _take_over(self, state: ArmState, arrival: Arrival) -> None:
-        """Begin anew from a measured state: hold there, or start the experiment."""
-        at_rest = np.abs(state.qd).max() < _STANDING
-        zero = np.zeros(6)
-        start = Reference(state.q.copy(), zero if at_rest else state.qd.copy(), zero)
+        """Begin anew from a measured state: come to rest and hold, or start the experiment."""
+        rest = plan_rest(self._settings, state)
+        why = '' if arrival is Arrival.FIRST else f', since {self._gate.sentence}'
+        self._begin(rest, f'hold{why}', state.stamp)
         if arrival is Arrival.FIRST and self.parameters['autostart'] and self.experiment:
-            begin = self.experiment.motion.at(0).q
-            if np.abs(state.q - begin).max() <= START_DISTANCE:
-                plan = plans.Plan(self.experiment.motion, self.experiment.branch)
-            else:
-                plan = plans.plan_experiment(self._settings, start, self.experiment)
+            try:
+                plan = plan_autostart(self._settings, rest.motion.at(0), self.experiment)
+            except Refusal as refusal:
+                self._refused = self._last_refusal = f'autostart: {refusal}'
+                return
             self._begin(plan, 'experiment', state.stamp)
-            return
-        plan = plans.Plan(Still(start.q)) if at_rest else plans.plan_stop(self._settings, start)
-        doing = 'hold' if arrival is Arrival.FIRST else f'hold, since {self._gate.sentence}'
-        self._begin(plan, doing, state.stamp)
 
     def _judge(self, state: ArmState, stamp: int) -> None:
         """Compare state and reference for the goal that is on; stop where it has failed."""

@@ -19,6 +19,8 @@ TAKEOVER_TOLERANCE = 0.1
 #: The bridge lasts at most this long [s].
 _LONGEST_BRIDGE = 1.0
 _SAMPLES_PER_SEGMENT = 16
+#: More than any position, speed or acceleration of a joint.
+_LARGEST = 1e6
 
 
 class TrajectoryPoint(NamedTuple):
@@ -192,8 +194,9 @@ def _check_arrays(point: TrajectoryPoint, number: int, joints: int) -> None:
         if len(values) != joints and (len(values) or name == 'positions'):
             raise Refusal(f'point {number} has {len(values)} {name} for {joints} joints; '
                           f'give {joints}')
-        if not np.all(np.isfinite(np.array(values, dtype=float))):
-            raise Refusal(f'point {number} has {name} {list(values)}; give finite numbers')
+        if not np.all(np.abs(np.array(values, dtype=float)) < _LARGEST):  # False for NaN
+            raise Refusal(f'point {number} has {name} {list(values)}; give finite numbers of a '
+                          'joint')
 
 
 def _state(point: TrajectoryPoint, order: Sequence[int]) -> tuple:

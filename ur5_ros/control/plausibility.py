@@ -1,7 +1,6 @@
 """Which states to believe: a clock or an arm that jumps must not move the reference."""
 
 from enum import Enum
-from math import isfinite
 
 import numpy as np
 
@@ -13,6 +12,8 @@ from ur5_ros.signals import ArmState
 CLOCK_GAP = 1_000_000_000
 #: Unbelievable states answered in a row; then no answer, and the robot's own watchdog acts.
 LARGEST_RUN = 10
+#: More than all positions [rad] and speeds [rad/s] of an arm together.
+_LARGEST = 1e6
 
 
 class Arrival(Enum):
@@ -65,8 +66,8 @@ class StateGate:
         """
         last = self.last
         q = state.q.tolist()
-        if not isfinite(sum(q) + sum(state.qd.tolist())):
-            return self._doubt(state, 'the state holds a number that is not finite')
+        if not sum(map(abs, q)) + sum(map(abs, state.qd.tolist())) < _LARGEST:  # True for NaN
+            return self._doubt(state, 'the state holds a number not finite or beyond any joint')
         if last is None:
             return self._believe(state, Arrival.FIRST)
         step = state.stamp - last.stamp

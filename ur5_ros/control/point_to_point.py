@@ -1,5 +1,6 @@
 """Jerk-limited joint motion from any reference to a configuration, or to rest (ruckig)."""
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -123,13 +124,14 @@ def _planned(
     motion.max_acceleration = limits.acceleration.tolist()
     motion.max_jerk = limits.jerk.tolist()
     trajectory = ruckig.Trajectory(6)
-    try:
+    # ruckig raises on what it cannot solve, and ValueError where its code has no name
+    with suppress(ruckig.RuckigError, ValueError):
         result = ruckig.Ruckig(6).calculate(motion, trajectory)
-    except RuntimeError as error:
-        raise Refusal(f'no jerk-limited motion found: {error}') from None
-    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
-        raise Refusal(f'no jerk-limited motion found: {result.name}; ask again from rest')
-    return trajectory
+        if result in (ruckig.Result.Working, ruckig.Result.Finished):
+            return trajectory
+    joint = int(np.abs(start.qd).argmax())
+    raise Refusal(f'no jerk-limited motion found from {start.qd[joint]:.6g} rad/s of '
+                  f'{JOINT_NAMES[joint]}; ask again from rest')
 
 
 def _check_positions(low: np.ndarray, high: np.ndarray, arm: ArmParameters) -> None:

@@ -1,6 +1,7 @@
 """What users ask for: names, poses and frames checked, poses turned into joint targets."""
 
 from collections.abc import Sequence
+from math import hypot
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from ur5_ros.signals import JOINT_NAMES
 
 #: How far the norm of a quaternion may be from one: single precision and some.
 QUATERNION_TOLERANCE = 1e-3
+#: No pose lies further away [m].
+_FAR = 1e6
 #: base_link = base turned by Rz(pi) (REP-103).
 _TURNED = np.diag([-1.0, -1.0, 1.0, 1.0])
 
@@ -110,7 +113,7 @@ def pose_matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.nd
     quat = np.array(quaternion, dtype=float)
     if not (np.all(np.isfinite(p)) and np.all(np.isfinite(quat))):
         raise Refusal(f'pose {p.tolist()}, {quat.tolist()} holds a number that is not finite')
-    norm = float(np.linalg.norm(quat))
+    norm = hypot(*quat)
     if abs(norm - 1.0) > QUATERNION_TOLERANCE:
         raise Refusal(f'the quaternion [{", ".join(f"{v:g}" for v in quat)}] has the norm '
                       f'{norm:.6g}; give one of norm 1 (x, y, z, w)')
@@ -152,6 +155,8 @@ def in_base(transform: np.ndarray, frame: str, prefix: str = '') -> np.ndarray:
     transform = np.asarray(transform, dtype=float)
     if transform.shape[-2:] != (4, 4) or not np.all(np.isfinite(transform)):
         raise Refusal(f'pose of shape {transform.shape}; give finite (4, 4) transforms')
+    if np.abs(transform).max(initial=0.0) > _FAR:
+        raise Refusal(f'pose with {np.abs(transform).max():.6g} in it; give metres')
     rotation = transform[..., :3, :3]
     product = np.matmul(rotation, np.swapaxes(rotation, -1, -2))
     skewness = float(np.abs(product - np.eye(3)).max(initial=0.0))

@@ -213,8 +213,8 @@ def check_limits(reference: Reference, times: np.ndarray, arm: ArmParameters) ->
 
     """
     limits = arm.limits
-    beyond = (reference.q < limits.lower) | (reference.q > limits.upper)
-    too_fast = np.abs(reference.qd) > limits.velocity
+    beyond = ~((reference.q >= limits.lower) & (reference.q <= limits.upper))  # True for NaN
+    too_fast = ~(np.abs(reference.qd) <= limits.velocity)
     bad = (beyond | too_fast).any(axis=1)
     if not bad.any():
         return

@@ -11,7 +11,7 @@ import numpy as np
 
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.control import law_kernel
-from ur5_ros.control.controller import START_DISTANCE
+from ur5_ros.control.beginning import START_DISTANCE
 from ur5_ros.control.experiment import experiment_motion
 from ur5_ros.control.gains import gains_from
 from ur5_ros.control.settings import settings_from
