@@ -85,16 +85,16 @@ def arm_shapes(arm: ArmParameters) -> dict[str, list[Shape]]:
             _cap((-fore, 0, side_fore - 1.1 * small), '-z', small),
         ],
         'wrist_1_link': [
-            _rod((0, 0, side_fore + 1.15 * small - d4), (0, 0, 1.15 * small), 0.98 * small,
+            _rod((0, 0, side_fore + 1.15 * small - d4), (0, 0, 1.15 * small), 0.86 * small,
                  'joint_dark'),
             _rod((0, 1.1 * small, 0), (0, -1.1 * small, 0), small, 'aluminium'),
             _cap((0, 1.1 * small, 0), 'y', small),
-            _cap((0, 0, 1.15 * small), 'z', 0.98 * small),
+            _cap((0, 0, 1.15 * small), 'z', 0.86 * small),
         ],
         'wrist_2_link': [
-            _rod((0, 0, 1.15 * small - d5), (0, 0, 1.15 * small), 0.98 * small, 'joint_dark'),
+            _rod((0, 0, 1.15 * small - d5), (0, 0, 1.15 * small), 0.86 * small, 'joint_dark'),
             _rod((0, -1.1 * small, 0), (0, 1.1 * small, 0), small, 'aluminium'),
-            _cap((0, 0, 1.15 * small), 'z', 0.98 * small),
+            _cap((0, 0, 1.15 * small), 'z', 0.86 * small),
             _cap((0, -1.1 * small, 0), '-y', small),
         ],
         'wrist_3_link': [
