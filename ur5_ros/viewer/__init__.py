@@ -1,8 +1,13 @@
 """Pictures of a run: in the browser (``ur5 view``) and off screen (``ur5 render``)."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ur5_ros.errors import Refusal
+
+if TYPE_CHECKING:
+    from ur5_ros.viewer.live import LiveView
+    from ur5_ros.viewer.recorded import RecordedView
 
 
 def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
@@ -31,13 +36,18 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
                       ) from None
     if live and run is not None:
         raise Refusal('--live shows what runs now; leave the run away')
-    if live:
-        from ur5_ros.viewer.live import LiveView
-        shown = LiveView(port)
-    else:
-        from ur5_ros.analysis.run import load_run
-        from ur5_ros.bag.folder import newest_run
-        from ur5_ros.viewer.recorded import RecordedView
-        shown = RecordedView(load_run(run or newest_run(Path('bags'))), port)
+    shown = _live(port) if live else _recorded(run, port)
     print(f'{shown.page.address}  (Ctrl-C ends)', flush=True)
     shown.serve()
+
+
+def _live(port: int) -> 'LiveView':
+    from ur5_ros.viewer.live import LiveView
+    return LiveView(port)
+
+
+def _recorded(run: Path | None, port: int) -> 'RecordedView':
+    from ur5_ros.analysis.run import load_run
+    from ur5_ros.bag.folder import newest_run
+    from ur5_ros.viewer.recorded import RecordedView
+    return RecordedView(load_run(run or newest_run(Path('bags'))), port)

@@ -1,5 +1,7 @@
 """The arm in a viser scene: one frame a link, moved by setting the joints' frames."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -59,7 +61,8 @@ class ArmScene:
             colors=np.array(colour, dtype=np.uint8), thickness=0.004)
 
     def _draw(self, path: str, visual: Visual) -> None:
-        scene, place = self._server.scene, {
+        scene = self._server.scene
+        place: dict[str, Any] = {
             'color': visual.colour, 'wxyz': quaternion(visual.pose[:3, :3]),
             'position': visual.pose[:3, 3]}
         if visual.kind == 'cylinder':
@@ -67,4 +70,4 @@ class ArmScene:
         elif visual.kind == 'sphere':
             scene.add_icosphere(path, radius=visual.size[0], **place)
         else:
-            scene.add_box(path, dimensions=visual.size, **place)
+            scene.add_box(path, dimensions=np.array(visual.size), **place)

@@ -32,7 +32,8 @@ class Frames:
         self._track, self._camera, self._strips = track, camera, strips
         self._measured = camera.pixels(track.tool)
         self._wanted = camera.pixels(track.wanted)
-        self._font = ImageFont.load_default(max(10, camera.height // 34))
+        self._size = max(10, camera.height // 34)
+        self._font = ImageFont.load_default(self._size)
         self._charts = Image.new('RGB', (camera.width, strips), PAPER)
         self._inside = []
         draw = ImageDraw.Draw(self._charts)
@@ -54,9 +55,9 @@ class Frames:
             said += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
         edge = camera.height // 40
         draw.text((edge, edge), said, INK, self._font)
-        line = 1.5 * self._font.size
+        line = 1.5 * self._size
         draw.text((edge, edge + line), 'wanted', WANTED, self._font)
-        draw.text((edge + 5 * self._font.size, edge + line), 'measured', MEASURED, self._font)
+        draw.text((edge + 5 * self._size, edge + line), 'measured', MEASURED, self._font)
         for i, (name, colour) in enumerate(zip(NAMES, COLOURS, strict=True)):
             draw.text((camera.width - edge, edge + i * line), name, colour, self._font,
                       anchor='ra')
@@ -75,7 +76,7 @@ class Frames:
 
     def _chart(self, draw: ImageDraw.ImageDraw, i: int, title: str, values: np.ndarray) -> tuple:
         """Draw the curves of one strip; return its inside (left, top, right, bottom)."""
-        size = self._font.size
+        size = self._size
         width = self._camera.width / 3
         left, right = i * width + 3.2 * size, (i + 1) * width - 0.6 * size
         top, bottom = 1.8 * size, self._strips - 0.7 * size
@@ -93,5 +94,5 @@ class Frames:
             good = np.isfinite(column)
             y = bottom - (column[good] - low) / (high - low) * (bottom - top)
             if good.sum() > 1:
-                draw.line(np.c_[x[good], y].ravel().tolist(), colour, 1 + size // 18)
+                draw.line(np.c_[x[good], y].ravel().tolist(), colour, 1 + self._size // 18)
         return left, top, right, bottom

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from typing import Any
 
 from ur5_ros.analysis.series import Run
 from ur5_ros.viewer.arm_scene import MEASURED, WANTED
@@ -33,7 +34,7 @@ class RecordedView:
         end = float(self._track.t[-1])
         gui = self.page.server.gui
         with self.page.controls:
-            self.time = gui.add_slider('t [s]', 0.0, end, step=end / 1000, initial_value=0.0)
+            self.time: Any = gui.add_slider('t [s]', 0.0, end, step=end / 1000, initial_value=0.0)
             self.play = gui.add_button('Play')
             self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
                                           initial_value='1')

@@ -75,7 +75,8 @@ def parse_urdf(text: str) -> UrdfTree:
     roots = [name for name in visuals if name not in joints]
     if len(roots) != 1:
         raise Refusal(f'robot description has {len(roots)} root links; one is needed')
-    ordered, known = [], {roots[0]}
+    ordered: list[Joint] = []
+    known = {roots[0]}
     while len(ordered) < len(joints):
         ready = [joint for joint in joints.values()
                  if joint.parent in known and joint.child not in known]
@@ -111,7 +112,7 @@ def link_poses(tree: UrdfTree, angles: dict[str, np.ndarray]) -> dict[str, np.nd
     return poses
 
 
-def turn(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def turn(axis: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
     """Return the pose (..., 4, 4) of a rotation by ``angle`` [rad] about a unit ``axis``."""
     angle = np.asarray(angle, dtype=float)
     x, y, z = axis
