@@ -30,13 +30,28 @@ def arguments(count, shape):
 
 
 @pytest.mark.parametrize(('function', 'count', 'tail'), FUNCTIONS, ids=IDS)
-def test_one_state_and_many_give_the_same_bits(function, count, tail):
+def test_one_state_and_some_give_the_same_bits(function, count, tail):
     arm = load_arm('ur5_real')
-    large = arguments(count, (compiled.LARGE + 7,))
-    many = function(*large, arm)
-    assert many.shape == (compiled.LARGE + 7, *tail)
-    for i in (0, 5, compiled.LARGE + 6):
-        np.testing.assert_array_equal(function(*(x[i] for x in large), arm), many[i])
+    some = arguments(count, (100,))
+    out = function(*some, arm)
+    assert out.shape == (100, *tail)
+    for i in (0, 5, 99):
+        np.testing.assert_array_equal(function(*(x[i] for x in some), arm), out[i])
+
+
+@pytest.mark.parametrize(('function', 'count', 'tail'), FUNCTIONS, ids=IDS)
+@pytest.mark.parametrize('extra', [0, 1, 7, 13])
+def test_many_states_on_all_processors_give_the_same_to_the_last_digits(function, count, tail,
+                                                                        extra):
+    # eight states side by side may round differently: fused multiply-add falls elsewhere
+    arm = load_arm('ur5_real')
+    size = compiled.LARGE + extra
+    many = arguments(count, (size,))
+    out = function(*many, arm)
+    parts = np.concatenate([function(*(x[i:i + 500] for x in many), arm)
+                            for i in range(0, size, 500)])
+    assert out.shape == parts.shape == (size, *tail)
+    np.testing.assert_allclose(out, parts, rtol=0.0, atol=2e-14 * max(1.0, np.abs(parts).max()))
 
 
 @pytest.mark.parametrize(('function', 'count', 'tail'), FUNCTIONS, ids=IDS)
@@ -92,22 +107,40 @@ def test_leading_dimensions_that_do_not_match_are_named():
 
 
 def test_numbers_too_large_for_a_finite_result_are_refused():
-    q = np.zeros(6)
-    with pytest.raises(ValueError, match='too large'):
-        dynamics.inverse_dynamics(q, q + 1e200, q, load_arm('ur5'))
+    arm, q = load_arm('ur5'), np.zeros(6)
+    for lead in ((), (3,), (compiled.LARGE,)):
+        large = np.full((*lead, 6), 1e200)
+        with pytest.raises(ValueError, match='q, qd, qdd: numbers so large'):
+            dynamics.inverse_dynamics(q, large, q, arm)
+        for function, count, _ in FUNCTIONS:
+            if count == 1:
+                with pytest.raises(ValueError, match='q: numbers so large'):
+                    function(large, arm)
+
+
+@pytest.mark.parametrize('where', [0, 517, compiled.LARGE + 2])
+def test_a_bad_number_among_many_states_is_named(where):
+    arm = load_arm('ur5')
+    for function, count, _ in FUNCTIONS:
+        for which in range(count):
+            given = arguments(count, (compiled.LARGE + 3,))
+            given[which][where, 4] = np.nan
+            with pytest.raises(ValueError, match=rf'\[{where}, 4\] is nan'):
+                function(*given, arm)
 
 
 def test_threads_may_call_at_the_same_time():
     arm = load_arm('ur5')
     q, qd, qdd = arguments(3, (5000,))
-    wanted = dynamics.inverse_dynamics(q, qd, qdd, arm)
+    many = dynamics.inverse_dynamics(q, qd, qdd, arm)
+    wanted = np.array([dynamics.inverse_dynamics(*x, arm) for x in zip(q, qd, qdd, strict=True)])
     wrong = []
 
     def work():
         for i in range(0, 5000, 5):
             if not np.array_equal(dynamics.inverse_dynamics(q[i], qd[i], qdd[i], arm), wanted[i]):
                 wrong.append(i)
-        if not np.array_equal(dynamics.inverse_dynamics(q, qd, qdd, arm), wanted):
+        if not np.array_equal(dynamics.inverse_dynamics(q, qd, qdd, arm), many):
             wrong.append('all')
 
     threads = [threading.Thread(target=work) for _ in range(4)]

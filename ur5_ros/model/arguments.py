@@ -86,7 +86,9 @@ def apply(kernel: Kernel, arguments: Sequence[Argument], shared: Sequence[Any],
         code = kernel.run(count, inputs, shared,
                           [_flat(out, tail) for out, tail in zip(outputs, tails, strict=True)])
         if code:
-            raise OverflowError('numbers so large that the result is not finite')
+            names = ', '.join(name for name, _, _ in arguments)
+            raise Refusal(f'{names}: numbers so large that the result is not finite; '
+                          'give smaller ones')
     return outputs
 
 

@@ -7,10 +7,9 @@ point rests.  An axis is (w, u): the point x of a body that turns about it at un
 w x x + u.
 """
 
-from math import cos, sin
-
 from ur5_ros.model.compiled import inlined
 from ur5_ros.model.lumped import A2, A3, BODY, D4, D5, GRAVITY
+from ur5_ros.model.trigonometry import sine_cosine
 
 
 @inlined
@@ -38,19 +37,28 @@ def add_scaled(a, s, b):
 
 
 @inlined
-def axes(q, at, k):
+def total(x, at, step):
+    """Return the sum of six numbers: not finite where one of them is not."""
+    return (x[at] + x[at + step] + x[at + 2 * step] + x[at + 3 * step] + x[at + 4 * step]
+            + x[at + 5 * step])
+
+
+@inlined
+def axes(q, at, step, k):
     """
     Return sines and cosines, axis origins, and (u3, u4, w5, u5, w6, u6) of the axes 3 to 6.
 
-    Axis 2 is ((0, 0, 1), (0, 0, 0)) and the axes 3, 4 have the same direction.
+    Axis 2 is ((0, 0, 1), (0, 0, 0)) and the axes 3, 4 have the same direction.  Angle i stands
+    at ``q[at + (i - 1) * step]``, here and in all functions that take a step.
     """
-    c2, s2 = cos(q[at + 1]), sin(q[at + 1])
-    q23 = q[at + 1] + q[at + 2]
-    c23, s23 = cos(q23), sin(q23)
-    q234 = q23 + q[at + 3]
-    c234, s234 = cos(q234), sin(q234)
-    c5, s5 = cos(q[at + 4]), sin(q[at + 4])
-    c6, s6 = cos(q[at + 5]), sin(q[at + 5])
+    q2, q5, q6 = q[at + step], q[at + 4 * step], q[at + 5 * step]
+    q23 = q2 + q[at + 2 * step]
+    q234 = q23 + q[at + 3 * step]
+    s2, c2 = sine_cosine(q2)
+    s23, c23 = sine_cosine(q23)
+    s234, c234 = sine_cosine(q234)
+    s5, c5 = sine_cosine(q5)
+    s6, c6 = sine_cosine(q6)
     o2 = (k[A2] * c2, k[A2] * s2, 0.0)
     o3 = (o2[0] + k[A3] * c23, o2[1] + k[A3] * s23, 0.0)
     o4 = (o3[0], o3[1], k[D4])
@@ -127,6 +135,6 @@ def bodies(turns, origins, k):
 @inlined
 def gravity_in_plane(q1, k):
     """Return the gravitational acceleration in frame 1."""
-    c1, s1 = cos(q1), sin(q1)
+    s1, c1 = sine_cosine(q1)
     gx, gy, gz = k[GRAVITY], k[GRAVITY + 1], k[GRAVITY + 2]
     return (c1 * gx + s1 * gy, gz, s1 * gx - c1 * gy)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy import empty
 
 from ur5_ros.model import dynamics_kernels as kernels
+from ur5_ros.model.acceleration_kernel import forward
 from ur5_ros.model.arguments import apply
 from ur5_ros.model.parameters import ArmParameters
 
@@ -212,9 +213,9 @@ def forward_dynamics(
     """
     qdd = empty(6)
     try:
-        if q.ndim == 1 and kernels.forward.single(q, qd, tau, arm.constants, qdd) == 0:
+        if q.ndim == 1 and forward.single(q, qd, tau, arm.constants, qdd) == 0:
             return qdd
     except (TypeError, AttributeError):
         pass
-    return apply(kernels.forward, [('q', q, _SIX), ('qd', qd, _SIX), ('tau', tau, _SIX)],
+    return apply(forward, [('q', q, _SIX), ('qd', qd, _SIX), ('tau', tau, _SIX)],
                  [arm.constants], [_SIX])[0]

@@ -5,10 +5,11 @@ Slots 0 to 7 are 4 shoulder + 2 elbow + wrist; the signs behind them are those o
 of det J, so that a branch ends nowhere but at a singularity.
 """
 
-from math import acos, atan2, copysign, cos, isfinite, nan, pi, sin, sqrt
+from math import acos, copysign, isfinite, nan, pi, sqrt
 
 from ur5_ros.model.compiled import B1, R1, R2, W2, inlined, kernel
 from ur5_ros.model.lumped import A2, A3, D1, D4, D5, D6
+from ur5_ros.model.trigonometry import arctangent, sine_cosine
 
 #: What a matrix may lack of a rigid transform.
 RIGID = 1e-6
@@ -55,7 +56,7 @@ def elbows(q, at, slot, q1, q5, q6, c6, s6, c5, s5, plane, k):
     """Fill the two elbow slots of one shoulder and wrist; return their bits."""
     nx, ny, ox, oy, ax, ay, px, py = plane  # n, o, a and the origin of frame 5: out, up
     a2, a3 = k[A2], k[A3]
-    q234 = atan2(c5 * (c6 * ny - s6 * oy) - s5 * ay, c5 * (c6 * nx - s6 * ox) - s5 * ax)
+    q234 = arctangent(c5 * (c6 * ny - s6 * oy) - s5 * ay, c5 * (c6 * nx - s6 * ox) - s5 * ax)
     x = px + k[D5] * (s6 * nx + c6 * ox)
     y = py + k[D5] * (s6 * ny + c6 * oy)
     r2 = x * x + y * y
@@ -67,7 +68,7 @@ def elbows(q, at, slot, q1, q5, q6, c6, s6, c5, s5, plane, k):
     if product < 0.0:
         far, near = near, far
     u, v = sqrt(max(far, 0.0)), sqrt(max(near, 0.0))
-    q3 = 2.0 * atan2(u, v)
+    q3 = 2.0 * arctangent(u, v)
     scale = u * u + v * v
     c3, s3 = (v * v - u * u) / scale, 2.0 * u * v / scale
     merged = min(q3, pi - q3) < 0.5 * MERGED
@@ -77,7 +78,7 @@ def elbows(q, at, slot, q1, q5, q6, c6, s6, c5, s5, plane, k):
     along, across = a2 + a3 * c3, a3 * s3
     for elbow in range(1 if merged else 2):
         sign = up if elbow == 0 else -up
-        q2 = atan2(y * along - sign * x * across, x * along + sign * y * across)
+        q2 = arctangent(y * along - sign * x * across, x * along + sign * y * across)
         i = slot + 2 * elbow
         row = at + i
         q[row, 0] = q1
@@ -99,7 +100,7 @@ def reachable(q6, plane, k):
     base, swing = px * px + py * py + k[D5] * k[D5], 2.0 * k[D5] * sqrt(pn * pn + po * po)
     if abs(swing) < 1e-12:
         return q6
-    peak = atan2(pn, po)
+    peak = arctangent(pn, po)
     if swing < 0.0:
         peak, swing = peak + pi, -swing
     angle = wrapped(wrapped(q6 - peak))
@@ -118,14 +119,15 @@ def wrists(t, r, q6_free, k, q, at, shoulder, c1, s1, side):
     ya = c1 * t[r + 1, 2] - s1 * t[r, 2]
     plane = (c1 * t[r, 0] + s1 * t[r + 1, 0], n3, c1 * t[r, 1] + s1 * t[r + 1, 1], o3,
              c1 * t[r, 2] + s1 * t[r + 1, 2], a3, side, t[r + 2, 3] - k[D6] * a3 - k[D1])
-    q1 = atan2(s1, c1)
+    q1 = arctangent(s1, c1)
     s5 = sqrt(yn * yn + yo * yo)
     if s5 <= STRAIGHT:
         q6 = reachable(q6_free, plane, k)
+        s6, c6 = sine_cosine(q6)
         c5, q5 = (1.0, 0.0) if ya < 0.0 else (-1.0, pi)
-        return SINGULAR | elbows(q, at, 4 * shoulder, q1, q5, q6, cos(q6), sin(q6), c5, 0.0,
+        return SINGULAR | elbows(q, at, 4 * shoulder, q1, q5, q6, c6, s6, c5, 0.0,
                                  plane, k)
-    q5, q6 = atan2(s5, -ya), atan2(yo, -yn)
+    q5, q6 = arctangent(s5, -ya), arctangent(yo, -yn)
     c6, s6 = -yn / s5, yo / s5
     found = 0
     length = 1.0 / sqrt(s5 * s5 + ya * ya)
@@ -136,7 +138,8 @@ def wrists(t, r, q6_free, k, q, at, shoulder, c1, s1, side):
         if s5 < ALMOST_STRAIGHT:  # joint 6 is known as badly as joint 5 is small
             better = reachable(own, plane, k)
             if s5 * abs(wrapped(better - own)) < ROUNDING:
-                own, c, s = better, cos(better), sin(better)
+                own = better
+                s, c = sine_cosine(own)
         found |= elbows(q, at, 4 * shoulder + flipped, q1, sign * q5, own, c, s, c5, sign * s5,
                         plane, k)
     return found

@@ -1,11 +1,12 @@
 """Kernels of the kinematics: poses and Jacobians from the axes in the plane of the arm."""
 
-from math import cos, sin
+from math import isfinite
 
-from ur5_ros.model.arm_plane import add, add_scaled, axes, cross
+from ur5_ros.model.arm_plane import add, add_scaled, axes, cross, total
 from ur5_ros.model.compiled import R1, W2, inlined, kernel
-from ur5_ros.model.dynamics_kernels import NIL, Z, finite, rates, velocities
 from ur5_ros.model.lumped import D1, D6
+from ur5_ros.model.motion import NIL, Z, rates, velocities
+from ur5_ros.model.trigonometry import sine_cosine
 
 Y = (0.0, 1.0, 0.0)
 
@@ -40,16 +41,23 @@ def directions(turns):
     return x5, (c6 * x5[0] - s6 * s234, c6 * x5[1] + s6 * c234, c6 * s5)
 
 
+@inlined
+def known(turns, c1, numbers):
+    """Tell whether the numbers are finite and no angle is too large for its cosine."""
+    c2, s2, c23, s23, c234, s234, c5, s5, c6, s6 = turns
+    return isfinite(numbers + c1 + c2 + c23 + c234 + c5 + c6)
+
+
 @kernel(R1, R1, W2)
 def pose(q, k, t):
     """Pose of the flange for every configuration."""
     if 4 * q.size != 6 * t.shape[0]:
         return 1
     for i in range(q.size // 6):
-        if not finite(q, 6 * i):
+        turns, origins, lines = axes(q, 6 * i, 1, k)
+        s1, c1 = sine_cosine(q[6 * i])
+        if not known(turns, c1, total(q, 6 * i, 1)):
             return 1
-        turns, origins, lines = axes(q, 6 * i, k)
-        c1, s1 = cos(q[6 * i]), sin(q[6 * i])
         w6 = lines[4]
         write_pose(t, 4 * i, c1, s1, directions(turns)[1], w6,
                    add_scaled(origins[3], k[D6], w6), k[D1])
@@ -62,12 +70,12 @@ def links(q, k, t):
     if 4 * q.size != t.shape[0]:
         return 1
     for i in range(q.size // 6):
-        if not finite(q, 6 * i):
-            return 1
-        turns, origins, lines = axes(q, 6 * i, k)
+        turns, origins, lines = axes(q, 6 * i, 1, k)
         o2, o3, o4, o5 = origins
         c2, s2, c23, s23, c234, s234, c5, s5, c6, s6 = turns
-        c1, s1 = cos(q[6 * i]), sin(q[6 * i])
+        s1, c1 = sine_cosine(q[6 * i])
+        if not known(turns, c1, total(q, 6 * i, 1)):
+            return 1
         x5, x6 = directions(turns)
         w5, w6 = lines[2], lines[4]
         row = 24 * i
@@ -93,11 +101,11 @@ def jacobian(q, k, out):
     if q.size != out.shape[0]:
         return 1
     for at in range(0, q.size, 6):
-        if not finite(q, at):
-            return 1
-        _, origins, lines = axes(q, at, k)
+        turns, origins, lines = axes(q, at, 1, k)
         u3, u4, w5, u5, w6, u6 = lines
-        c1, s1 = cos(q[at]), sin(q[at])
+        s1, c1 = sine_cosine(q[at])
+        if not known(turns, c1, total(q, at, 1)):
+            return 1
         p = add_scaled(origins[3], k[D6], w6)
         write_axis(out, at, 0, c1, s1, cross(Y, p), Y)
         write_axis(out, at, 1, c1, s1, cross(Z, p), Z)
@@ -114,13 +122,13 @@ def jacobian_rate(q, qd, k, out):
     if q.size != out.shape[0] or qd.size != out.shape[0]:
         return 1
     for at in range(0, q.size, 6):
-        if not (finite(q, at) and finite(qd, at)):
-            return 1
-        _, origins, lines = axes(q, at, k)
+        turns, origins, lines = axes(q, at, 1, k)
         u3, u4, w5, u5, w6, u6 = lines
-        c1, s1 = cos(q[at]), sin(q[at])
+        s1, c1 = sine_cosine(q[at])
+        if not known(turns, c1, total(q, at, 1) + total(qd, at, 1)):
+            return 1
         p = add_scaled(origins[3], k[D6], w6)
-        speeds = velocities(qd, at, lines)
+        speeds = velocities(qd, at, 1, lines)
         pd = add(speeds[4][1], cross(speeds[4][0], p))
         write_axis(out, at, 0, c1, s1, cross(Y, pd), NIL)
         write_rate(out, at, 1, c1, s1, speeds[0], Z, NIL, p, pd)
