@@ -32,11 +32,11 @@ def ur5(tmp_path):
 
 @pytest.fixture(scope='session')
 def short_run(tmp_path_factory):
-    """A run of one second, recorded by the loop without ROS."""
+    """A run of 1.5 s, recorded by the loop without ROS."""
     from ur5_ros.loop.closed_loop import run_closed_loop
     from ur5_ros.loop.plan import plan_run
     folder = tmp_path_factory.mktemp('runs') / 'short'
-    run_closed_loop(plan_run(duration=1.0), folder)
+    run_closed_loop(plan_run(duration=1.5), folder)
     return folder
 
 

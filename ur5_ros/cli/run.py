@@ -30,6 +30,8 @@ def run(arguments: list[str]) -> int:
     try:
         code = app(args=arguments, prog_name='ur5', standalone_mode=False)
         sys.stdout.flush()
+        if code == INTERRUPTED:  # typer makes this of a KeyboardInterrupt
+            return _complain('interrupted', INTERRUPTED)
         return code if isinstance(code, int) else YES
     except Refusal as refusal:
         return _complain(str(refusal), BAD_INPUT)

@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.text import Text
 
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import INTERRUPTED, NO, YES
+from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.sweep_engine import run_sweep
 from ur5_ros.loop.sweep_report import repeat_command, write_report
@@ -32,9 +32,9 @@ def sweep(name: str, out: Path | None, scheduler: str | None, workers: int | Non
         with terminal.progress(spec.name, total, 'runs') as advance:
             run_sweep(spec, folder, scheduler, workers, advance)
     except KeyboardInterrupt:
-        screen.print(f'interrupted: {len(folder.done())} of {total} runs are done; the same '
-                     'command goes on', soft_wrap=True)
-        return INTERRUPTED
+        screen.print(f'{len(folder.done())} of {total} runs are done; the same command goes on',
+                     soft_wrap=True)
+        raise
     screen.print(f'table: {folder.write_table()}', soft_wrap=True)
     return _report(folder, screen)
 

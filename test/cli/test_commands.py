@@ -1,0 +1,96 @@
+"""Every command on a real run: what it prints, what it writes, how it exits."""
+
+import json
+import shutil
+from xml.etree import ElementTree
+
+import pytest
+
+from ur5_ros.bag.reader import open_bag
+from ur5_ros.loop.closed_loop import run_closed_loop
+from ur5_ros.loop.plan import plan_run
+
+
+@pytest.fixture
+def cut_run(short_run, tmp_path):
+    """The run as a crash leaves it: files cut in the middle, metadata gone."""
+    run = tmp_path / 'cut'
+    shutil.copytree(short_run, run)
+    for side in ('sim', 'control'):
+        (run / side / 'metadata.yaml').unlink()
+        file = run / side / f'{side}_0.mcap'
+        file.write_bytes(file.read_bytes()[:int(file.stat().st_size * 0.7)])
+    return run
+
+
+def test_validate_takes_the_newest_run_and_writes_what_is_asked_for(ur5, short_run, tmp_path):
+    shutil.copytree(short_run, tmp_path / 'bags' / 'mine')
+    judged = ur5('validate', '--json', 'out/r.json', '--html', 'out/r.html', '--junit',
+                 'out/r.xml')
+    assert judged.code == 0, judged
+    assert 'mine' in judged.out and judged.err == ''
+    result = json.loads((tmp_path / 'out' / 'r.json').read_text())
+    assert result['verdict'] == 'pass' and len(result['checks']) >= 10
+    assert '<script' in (tmp_path / 'out' / 'r.html').read_text()
+    suite = ElementTree.parse(tmp_path / 'out' / 'r.xml').getroot()
+    assert int(suite.get('tests')) == len(result['checks']) and suite.get('failures') == '0'
+
+
+def test_validate_all_judges_every_run_below_a_folder(ur5, short_run, cut_run, tmp_path):
+    shutil.copytree(short_run, tmp_path / 'good')
+    (tmp_path / 'noise').mkdir()
+    (tmp_path / 'noise' / 'x_0.mcap').write_bytes(b'nothing of the kind')
+    judged = ur5('validate', '--all', '.', '--json', 'all.json', '--junit', 'all.xml')
+    assert judged.code == 1, judged
+    verdicts = {run['folder']: run['verdict']
+                for run in json.loads((tmp_path / 'all.json').read_text())['runs']}
+    assert verdicts == {'good': 'pass', 'cut': 'fail', 'noise': 'unreadable'}
+    assert '1 of 3 runs passed' in judged.out
+    suite = ElementTree.parse(tmp_path / 'all.xml').getroot()
+    assert (suite.get('failures'), suite.get('errors')) == ('1', '1')
+    assert ur5('validate', '--all', 'good').code == 0
+    assert ur5('validate', '--all', 'noise').code == 2
+
+
+def test_a_cut_run_is_judged_as_far_as_it_goes_and_mended(ur5, cut_run, tmp_path):
+    before = {path: path.read_bytes() for path in cut_run.rglob('*.mcap')}
+    assert ur5('validate', 'cut').code == 1
+    mended = ur5('recover', 'cut', '-o', 'mended')
+    assert mended.code == 3, mended
+    assert {path: path.read_bytes() for path in cut_run.rglob('*.mcap')} == before
+    bag = open_bag(tmp_path / 'mended' / 'sim')
+    assert bag.check() == []
+    assert 800 < len(bag.columns('/joint_states').log_time) < 1500
+    whole = ur5('recover', 'mended')
+    assert whole.code == 0 and 'nothing to mend' in whole.out
+
+
+def test_resimulate_and_recontrol_say_yes_to_the_bit(ur5, short_run, tmp_path):
+    for command, what in (('resimulate', 'states'), ('recontrol', 'commands')):
+        repeated = ur5(command, short_run, '--json', 'repeated.json')
+        assert repeated.code == 0, repeated
+        assert f'1500 {what} equal to the last bit' in repeated.out
+        assert json.loads((tmp_path / 'repeated.json').read_text())['equal'] is True
+
+
+def test_compare_tells_two_runs_apart(ur5, short_run, tmp_path):
+    run_closed_loop(plan_run(duration=1.5, sim={'payload.mass': 0.1}), tmp_path / 'heavy')
+    parted = ur5('compare', short_run, 'heavy', '--json', 'c.json')
+    assert parted.code == 1
+    assert 'payload.mass: 0.0 and 0.1' in parted.out and 'different runs' in parted.out
+    found = json.loads((tmp_path / 'c.json').read_text())
+    assert found['same'] is False and found['verdicts'] == ['pass', 'fail']
+    assert ur5('compare', short_run, short_run).code == 0
+
+
+def test_urdf_is_the_same_that_the_simulator_publishes(ur5, short_run):
+    printed = ur5('urdf', '--arm', 'ur5')
+    assert printed.code == 0
+    _, message = next(open_bag(short_run / 'sim').messages('/robot_description'))
+    assert printed.out.rstrip() == message['data'].rstrip()
+    assert '<joint name="left_elbow_joint"' in ur5('urdf', '--tf-prefix', 'left_').out
+
+
+def test_render_draws_a_picture(ur5, short_run, tmp_path):
+    assert ur5('render', short_run, '-o', 'run.png').code == 0
+    assert (tmp_path / 'run.png').read_bytes().startswith(b'\x89PNG')
