@@ -1,4 +1,4 @@
-"""Two processes over Fast DDS in lockstep: the same bits, whoever starts first, whatever the load."""
+"""Two processes over Fast DDS in lockstep: the same bits, whoever starts first."""
 
 import json
 

@@ -59,8 +59,8 @@ def test_a_pose_target_is_reached_and_its_branch_told(arm):
     arm.watcher.publisher(PoseStamped, '/ur5_control/target_pose').publish(wanted)
 
     def error():
-        return max(abs(getattr(poses[-1].pose.position, axis) - getattr(wanted.pose.position, axis))
-                   for axis in 'xyz')
+        here, there = poses[-1].pose.position, wanted.pose.position
+        return max(abs(getattr(here, axis) - getattr(there, axis)) for axis in 'xyz')
     wait_until(lambda: error() < 1e-3, 'the tool at the pose')
     diagnosed(arm, 'branch')
 

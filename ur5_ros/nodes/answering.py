@@ -1,6 +1,7 @@
 """From a state's bytes to the command's: every state is answered once, a copy with a copy."""
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,16 @@ from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.control.controller import Answer, Controller
 from ur5_ros.control.settings import USUAL_RATE
+from ur5_ros.errors import Refusal
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.nodes.control_topics import ControlOutputs
 from ur5_ros.nodes.diagnostics import ERROR, OK, STALE, WARN
 from ur5_ros.nodes.messages import StateReader
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
+
+#: A robot whose last state came within this wall time has not started again [s].
+LIVING = 0.3
 
 
 class Answering:
@@ -33,13 +38,16 @@ class Answering:
         Of the node.
     logger
         The node's logger.
+    on_restart : callable
+        Is called before the first state of a robot that started again; calls :meth:`begin_anew`.
 
     """
 
     def __init__(
         self, controller: Controller, outputs: ControlOutputs, recording: Recording,
-        parameters: dict[str, Any], logger: Any,
+        parameters: dict[str, Any], logger: Any, on_restart: Callable[[], None],
     ) -> None:
+        self._on_restart = on_restart
         self.controller = controller
         self.stamp = 0
         """Stamp of the state answered last [ns]."""
@@ -53,8 +61,6 @@ class Answering:
         self._last = b''
         self._rate: int | None = None
         self._planned_rate = USUAL_RATE
-        self._answer: Answer | None = None
-        self._state: ArmState | None = None
         rate = parameters['monitor_rate']
         self._monitor_period = round(1e9 / rate) if rate else 0
         self._monitored = -1
@@ -84,12 +90,14 @@ class Answering:
             self._outputs.command_again()
             return
         state = self._reader.read(data)
+        if state.stamp < self.stamp:
+            self._go_back(state.stamp)
         if self._rate is None:
             self._find_rate(state.stamp)
         answer = self.controller.update(state)
         self._outputs.command(state.stamp, answer.torque.total)
         self._outputs.details(state.stamp, answer.torque, answer.reference)
-        self._last, self._answer, self._state, self.stamp = data, answer, state, state.stamp
+        self._last, self.stamp = data, state.stamp
         self._recording.write(record, data)
         self.hash.add(data)
         self._last_at = time.monotonic()
@@ -97,10 +105,18 @@ class Answering:
             self._monitored = state.stamp // self._monitor_period
             self._monitor(state, answer)
 
+    def _go_back(self, stamp: int) -> None:
+        """Take a clock that went back for a robot that started again, unless the old one lives."""
+        if time.monotonic() - self._last_at < LIVING:
+            raise Refusal(f'stamp {stamp} ns is before {self.stamp} ns, just answered; '
+                          'keep one robot on this topic')
+        self._on_restart()
+
     def begin_anew(self) -> None:
         """Forget the run before: the next state is a first one."""
         self.controller = Controller(self.controller.parameters, self._planned_rate)
-        self._rate = self._answer = self._state = None
+        self._rate = None
+        self.stamp = 0
         self._last = b''
         self.hash = PayloadHash(self._reader.layout)
         self._outputs.begin_anew()

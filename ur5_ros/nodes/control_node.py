@@ -22,7 +22,7 @@ from ur5_ros.nodes.diagnostics import ERROR, EverySecond, Refusals
 from ur5_ros.nodes.messages import MOST_BYTES, read_message
 from ur5_ros.nodes.parameters import check_sections, declare
 from ur5_ros.nodes.process import DONE, LOSS, freeze_garbage, run_node
-from ur5_ros.nodes.recording import Recording
+from ur5_ros.nodes.recording import Recording, refuse_folder
 from ur5_ros.nodes.serving import LoopRequests
 from ur5_ros.nodes.shutdown import StopRequest
 from ur5_ros.nodes.topics import HOT, KEPT, Topics, deaf_to, make_loop
@@ -51,6 +51,7 @@ class ControlNode:
         check_sections(files, self.node.get_fully_qualified_name())
         self.parameters = declare(self.node, CONTROL_PARAMETERS)
         self._stop = stop
+        refuse_folder(self.parameters['bag'])
         self._logger = self.node.get_logger()
         controller = Controller(self.parameters)  # compiles and plans, before anything is heard
         self.recording = Recording(
@@ -65,7 +66,8 @@ class ControlNode:
             self.node, topics, self.recording, self.parameters, controller.arm.name)
         self.refusals = Refusals(self._logger.warning)
         self.answering = Answering(
-            controller, self.outputs, self.recording, self.parameters, self._logger)
+            controller, self.outputs, self.recording, self.parameters, self._logger,
+            self._begin_anew)
         self.inputs = ControlInputs(topics, self.recording, self.answering, self.parameters)
         self._heard: dict[int, tuple[str, int, Any]] = dict(self.inputs.heard)
         for role, topic, message_type, qos, take in (
@@ -114,11 +116,17 @@ class ControlNode:
         if not name or len(name) > 200 or '/' in name or name.startswith('.'):
             raise Refusal(f'{name[:60]!r} names no run; give a word that can name a folder')
         if self._run_name:
-            self._logger.info(f'a new run: {name}')
-            self._close_bag('a new run began')
-            self.answering.begin_anew()
+            self._begin_anew()
         self._open_bag(name)
         self.recording.write(record, data)
+
+    def _begin_anew(self) -> None:
+        """Close the run, and let what comes wait for the name of the next."""
+        self._logger.info('the robot started again: a new run')
+        self._close_bag('a new run began')
+        self._run_name = ''
+        self._changes = []
+        self.answering.begin_anew()
 
     def _open_bag(self, name: str) -> None:
         self._run_name = name

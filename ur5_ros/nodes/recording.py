@@ -144,14 +144,30 @@ class Recording:
             self._dropped += 1
 
     def _new_folder(self, run: str) -> Path:
-        if self.where != 'auto':
-            return Path(self.where).expanduser()
+        """Return where the bag goes; a controller may join a run twice, or a second run."""
         folder = BAGS / run / self.node
-        number = 2
-        while folder.exists() and self.node == 'control':  # this node was started again
-            folder = BAGS / run / f'{self.node}_{number}'
-            number += 1
-        return folder
+        if self.where != 'auto':
+            folder = Path(self.where).expanduser()
+        if self.node == 'sim':
+            return folder
+        free, number = folder, 2
+        while free.exists():
+            free, number = folder.with_name(f'{folder.name}_{number}'), number + 1
+        return free
+
+
+def refuse_folder(where: str) -> None:
+    """
+    Refuse a folder for the bag that exists already.
+
+    Raises
+    ------
+    Refusal
+        If it does.
+
+    """
+    if where not in ('', 'auto') and Path(where).expanduser().exists():
+        raise Refusal(f'bag folder {where} exists; give another one, or remove it')
 
 
 def run_of(where: str, new_name: Callable[[], str]) -> str:
@@ -168,9 +184,8 @@ def run_of(where: str, new_name: Callable[[], str]) -> str:
     """
     if where in ('', 'auto'):
         return new_name()
+    refuse_folder(where)
     folder = Path(where).expanduser()
-    if folder.exists():
-        raise Refusal(f'bag folder {where} exists; give another one, or remove it')
     parent = folder.absolute().parent.name
     return parent if folder.name == 'sim' and parent else new_name()
 
