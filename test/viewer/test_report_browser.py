@@ -1,0 +1,58 @@
+"""The report of the golden run in a real browser: wide and narrow, light and dark, in silence."""
+
+import importlib.util
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ur5_ros.analysis.report import write_html
+from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.validate import validate
+
+pytestmark = pytest.mark.browser
+
+ROOT = Path(__file__).resolve().parents[2]
+spec = importlib.util.spec_from_file_location('chromium', Path(__file__).parent / 'chromium.py')
+chromium = importlib.util.module_from_spec(spec)
+sys.modules['chromium'] = chromium
+spec.loader.exec_module(chromium)
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    browser = chromium.Chromium(tmp_path_factory.mktemp('profile'))
+    yield browser
+    browser.close()
+
+
+@pytest.fixture(scope='module')
+def report(tmp_path_factory):
+    path = tmp_path_factory.mktemp('report') / 'report.html'
+    write_html(validate(load_run(ROOT / 'bags/golden')), path)
+    return path
+
+
+@pytest.mark.parametrize('dark', [False, True], ids=['light', 'dark'])
+@pytest.mark.parametrize('size', [(1280, 900), (420, 900)], ids=['wide', 'narrow'])
+def test_the_report_fits_the_window_and_says_nothing(browser, report, size, dark, tmp_path):
+    browser.console.clear()
+    browser.open(report.as_uri(), *size, dark=dark)
+    browser.wait("document.querySelectorAll('.main-svg').length > 0")
+    time.sleep(1.0)
+    assert browser.evaluate('document.documentElement.scrollWidth') <= size[0]
+    picture = np.asarray(Image.open(browser.photograph(tmp_path / 'report.png')).convert('RGB'))
+    ground = np.median(picture.reshape(-1, 3), axis=0)
+    assert (ground.mean() < 90) if dark else (ground.mean() > 200)
+    assert not browser.console
+
+
+def test_the_report_asks_nothing_of_the_network(browser, report):
+    browser.open(report.as_uri(), 1280, 900)
+    browser.wait("document.querySelectorAll('.main-svg').length > 0")
+    asked = browser.evaluate(
+        "performance.getEntriesByType('resource').map(entry => entry.name).join(' ')")
+    assert not [each for each in asked.split() if each.startswith('http')]
