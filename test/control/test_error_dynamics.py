@@ -5,11 +5,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
-from ur5_ros.config.experiments import load_experiment
+from ur5_ros.config.experiments import list_experiments, load_experiment
 from ur5_ros.config.parameters import SIM_PARAMETERS, complete
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.model.dynamics import gravity_torque, inertia_matrix
+from ur5_ros.sim.plant import plant_from_parameters
 
 SECONDS = 8.0
 
@@ -21,11 +22,11 @@ def continuous_error(t, e0, v0):
             ) / (fast - slow)
 
 
-def sampled_error(run, h):
+def sampled_error(run, h, kp=10.0, kd=10.0):
     """Semi-implicit Euler of the error, fed by how far the sampled reference is from one."""
     e, d = [run.q[0] - run.reference[0]], run.qd[0] - run.reference_qd[0]
     for k in range(len(run.q) - 1):
-        d = (d + h * (-10.0 * d - 10.0 * e[-1])
+        d = (d + h * (-kd * d - kp * e[-1])
              + run.reference_qd[k] + h * run.reference_qdd[k] - run.reference_qd[k + 1])
         e.append(e[-1] + h * d
                  + run.reference[k] + h * run.reference_qd[k + 1] - run.reference[k + 1])
@@ -82,26 +83,40 @@ def test_started_on_the_path_the_arm_stays_on_it(close_loop, exact_arm):
     assert_allclose(run.error, sampled_error(run, 1e-3), atol=1e-12)
 
 
+@pytest.mark.parametrize('name', list_experiments())
+def test_every_experiment_runs_to_its_end_within_the_limits(name, close_loop, exact_arm):
+    controller = Controller({'experiment': name, 'autostart': True, 'kp': [100.0], 'kd': [20.0]},
+                            125)
+    spec = load_experiment(name)
+    plant = exact_arm(controller.arm, 125, initial_positions(spec, controller.arm))
+    run = close_loop(controller, plant, round((spec.duration + 6.0) * 125))
+    assert not any(run.limited)
+    assert 'stopped by a limit' not in run.status
+    assert run.status[-1] == 'holding'
+    assert_allclose(run.error, sampled_error(run, 1.0 / 125, 100.0, 20.0), atol=1e-10)
+    assert_allclose(run.error[-1], 0.0, atol=1e-6)
+
+
 def test_a_run_repeats_to_the_last_bit(close_loop, exact_arm):
     first, second = (paper_run(250, close_loop, exact_arm) for _ in range(2))
     assert first.torque.tobytes() == second.torque.tobytes()
     assert first.q.tobytes() == second.q.tobytes()
 
 
-def test_the_simulator_is_such_a_plant():
-    plant_module = pytest.importorskip('ur5_ros.sim.plant')
-    controller = Controller({'experiment': 'kebria_fig11', 'autostart': True}, 1000)
-    begin = initial_positions(load_experiment('kebria_fig11'), controller.arm)
-    plant = plant_module.plant_from_parameters(
-        complete(SIM_PARAMETERS, {'initial_positions': begin.tolist()}))
-    try:
-        errors = []
-        for _ in range(4000):
-            state = plant.state
-            answer = controller.update(state)
-            errors.append(state.q - answer.reference.q)
-            plant.step(answer.torque.total)
-    finally:
-        plant.close()
-    t = np.arange(len(errors)) * 1e-3
-    assert np.abs(errors - continuous_error(t, errors[0], np.zeros(6))).max() < 2.5e-4
+def test_in_the_simulator_the_same_holds_at_every_rate(close_loop):
+    worst = {}
+    for rate in (250, 500, 1000, 2000):
+        controller = Controller({'experiment': 'kebria_fig11', 'autostart': True}, rate)
+        begin = initial_positions(load_experiment('kebria_fig11'), controller.arm)
+        plant = plant_from_parameters(complete(SIM_PARAMETERS, {
+            'initial_positions': begin.tolist(), 'control_rate': rate, 'physics_rate': rate}))
+        try:
+            run = close_loop(controller, plant, 4 * rate)
+        finally:
+            plant.close()
+        wanted = continuous_error(np.arange(4 * rate) / rate, run.error[0], np.zeros(6))
+        worst[rate] = np.abs(run.error - wanted).max()
+        assert_allclose(run.error, sampled_error(run, 1.0 / rate), atol=1e-9)
+    assert worst[1000] < 2.5e-4
+    assert_allclose([worst[250] / worst[500], worst[500] / worst[1000],
+                     worst[1000] / worst[2000]], 2.0, rtol=0.02)

@@ -182,6 +182,23 @@ corners: [[0.0, 0.0, 0.0], [-0.5, 0.0, 0.0]]
         experiment_motion(parse_experiment(text, 'reach.yaml'), load_arm('ur5'), 100, 0.3)
 
 
+def test_a_profile_that_begins_in_a_singularity_is_refused_whatever_the_margin():
+    text = """
+name: straight
+description: wrist singular
+source: assumed
+kind: tool_polygon
+leg_time: 2.0
+start_degrees: [0.0, -90.0, 90.0, -90.0, 0.0, 0.0]
+corners: [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
+"""
+    spec = parse_experiment(text, 'straight.yaml')
+    with pytest.raises(Refusal, match='sample 1 of 201 .* singularity'):
+        experiment_motion(spec, load_arm('ur5'), 100, 0.0)
+    with pytest.raises(Refusal, match='sample 1 of 1 .* singularity'):
+        initial_positions(spec, load_arm('ur5'))
+
+
 def test_an_unknown_experiment_is_refused_with_those_that_exist():
     with pytest.raises(Refusal, match='kebria_fig11'):
         load_experiment('kebria')

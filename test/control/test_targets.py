@@ -73,6 +73,21 @@ def test_turns_by_two_pi_are_kept_and_limits_respected():
     assert_allclose(forward_kinematics(target, arm), forward_kinematics(beyond, arm), atol=1e-9)
 
 
+@pytest.mark.parametrize('singular', [
+    [0.2, -1.2, 1.5, -1.9, 0.0, 0.3],  # wrist: sin q5 = 0
+    [0.2, -1.2, 1.5, -1.9, np.pi, 0.3],
+    [0.2, -1.2, 0.0, -1.9, -1.3, 0.3],  # elbow outstretched
+])
+def test_a_singular_pose_is_a_target_like_any_other(holding, close_loop, singular):
+    # a joint motion passes singularities freely; only tool motions have to keep away from them
+    controller, plant = holding(np.array(singular) + 0.2, 500, kp=[400.0], kd=[40.0])
+    pose = forward_kinematics(np.array(singular), controller.arm)
+    controller.target_pose(pose)
+    assert_allclose(controller.status()['ik_singularity_distance'], 0.0, atol=1e-6)
+    run = close_loop(controller, plant, 1500)
+    assert_allclose(forward_kinematics(run.q[-1], controller.arm), pose, atol=1e-5)
+
+
 def test_a_pose_that_needs_another_branch_is_refused_never_flipped_to(holding):
     controller, _ = holding(HOME)
     pose = forward_kinematics(HOME + [2.5, 0, 0, 0, 0, 0], controller.arm)

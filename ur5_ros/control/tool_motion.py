@@ -16,6 +16,8 @@ from ur5_ros.signals import JOINT_NAMES, Reference
 _TURN = 2.0 * np.pi
 #: Samples of one branch lie closer than this, or the branch was lost [rad].
 _LARGEST_STEP = 0.5
+#: J has no inverse to any use nearer to a singularity, whatever margin is asked.
+_LEAST_MARGIN = 1e-6
 
 
 class Branch(NamedTuple):
@@ -114,6 +116,7 @@ def follow(
     distance = np.where(valid[:, label], singularity_distance(q, arm), 1.0)
     step = np.zeros(times.size)
     step[1:] = np.abs(np.diff(q, axis=0)).max(axis=1)
+    margin = max(margin, _LEAST_MARGIN)
     bad = ~valid[:, label] | (distance < margin) | (step > _LARGEST_STEP)
     if bad.any():
         raise _refused(*_first_trouble(bad, valid[:, label], distance, margin, times))
