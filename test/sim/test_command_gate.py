@@ -52,6 +52,7 @@ def test_time_stands_still_until_the_answer_comes(clock):
     assert not gate.next().step
 
 
+@pytest.mark.fault(12)
 def test_no_timeout_before_the_first_command_and_copies_go_out_at_ten_hertz(clock):
     gate = gate_of(clock, lockstep_timeout=1.0)
     sent = []
@@ -72,6 +73,7 @@ def test_no_copies_after_the_first_command(clock):
     assert not gate.next().resend
 
 
+@pytest.mark.fault(9)
 @pytest.mark.parametrize(('wrong', 'reason'), [
     (stamp(1), 'earlier'), (stamp(3), 'not yet published'), (stamp(2) + 1, 'not yet published'),
 ])
@@ -83,6 +85,7 @@ def test_a_stamp_of_another_state_is_refused_and_counted(clock, wrong, reason):
     assert sum(gate.refused.values()) == 1
 
 
+@pytest.mark.fault(10, 13)
 def test_a_second_answer_to_the_same_state_is_dropped(clock):
     gate = gate_of(clock)
     assert gate.offer(COMMAND, stamp(1), ONE) is None
@@ -90,6 +93,7 @@ def test_a_second_answer_to_the_same_state_is_dropped(clock):
     np.testing.assert_array_equal(gate.next().command, ONE)
 
 
+@pytest.mark.fault(11)
 def test_a_silent_controller_hands_over_to_the_fallback_paced_by_the_wall(clock):
     gate = gate_of(clock, lockstep_timeout=2.0)
     answer(gate, 1)
@@ -113,6 +117,7 @@ def test_a_silent_controller_hands_over_to_the_fallback_paced_by_the_wall(clock)
     assert json.loads(fired[0].values['fired']) is True
 
 
+@pytest.mark.fault(50, 53)
 def test_the_command_that_rearms_lockstep_is_not_applied_itself(clock):
     gate = gate_of(clock, lockstep_timeout=2.0)
     answer(gate, 1)
@@ -213,6 +218,7 @@ def test_a_pause_does_not_run_into_the_timeout(clock):
     assert gate.fired == 0
 
 
+@pytest.mark.fault(1, 2, 5, 6, 7)
 @pytest.mark.parametrize(('names', 'effort', 'reason'), [
     (JOINT_NAMES[:5], [0.0] * 5, 'missing joint name'),
     ([], [0.0] * 6, 'missing joint name'),
@@ -233,6 +239,7 @@ def test_a_malformed_command_is_refused_whole_with_its_reason(clock, names, effo
     assert json.loads(refused.values['reason']) == reason
 
 
+@pytest.mark.fault(6)
 def test_names_in_any_order_mean_the_same_torque(clock):
     gate = gate_of(clock)
     order = np.random.default_rng(1).permutation(6)
@@ -241,6 +248,7 @@ def test_names_in_any_order_mean_the_same_torque(clock):
     np.testing.assert_array_equal(gate.next().command, ONE)
 
 
+@pytest.mark.fault(17)
 def test_a_flood_of_refusals_is_counted_in_full_and_told_once_a_second(clock):
     gate = gate_of(clock)
     for _ in range(3000):
@@ -250,6 +258,7 @@ def test_a_flood_of_refusals_is_counted_in_full_and_told_once_a_second(clock):
     assert 3 <= len(gate.drain_events()) <= 4
 
 
+@pytest.mark.fault(13)
 def test_two_publishers_are_told_by_name_once_and_end_the_claim_of_repeatability(clock):
     gate = gate_of(clock)
     gate.publishers({COMMAND: ['/ur5_control'], ARRAY: []})
@@ -261,6 +270,7 @@ def test_two_publishers_are_told_by_name_once_and_end_the_claim_of_repeatability
     assert not gate.repeatable
 
 
+@pytest.mark.fault(11)
 def test_paced_the_newest_command_holds_until_it_is_too_old(clock):
     gate = gate_of(clock, lockstep=False, command_timeout=0.004)
     k, acted = 1, []
@@ -279,6 +289,7 @@ def test_paced_the_newest_command_holds_until_it_is_too_old(clock):
     assert gate.next().command is not None, 'the fallback does not latch'
 
 
+@pytest.mark.fault(9, 10)
 def test_paced_acceptance_is_a_window_of_simulated_time(clock):
     gate = gate_of(clock, lockstep=False)
     gate.published(100)
@@ -290,6 +301,7 @@ def test_paced_acceptance_is_a_window_of_simulated_time(clock):
     assert gate.offer(ARRAY, 0, ONE) is None
 
 
+@pytest.mark.fault(12)
 def test_paced_before_any_command_the_fallback_acts(clock):
     gate = gate_of(clock, lockstep=False)
     clock.now += 1.0
@@ -319,6 +331,7 @@ def test_paced_periods_follow_the_wall_without_drift(clock, factor):
     assert clock.now - begin == pytest.approx(2.0 / factor, abs=2e-4)
 
 
+@pytest.mark.fault(58)
 def test_late_periods_are_counted_and_a_long_stop_is_not_made_up_for(clock):
     gate = gate_of(clock, lockstep=False)
     clock.now += 5.0

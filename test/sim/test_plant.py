@@ -4,14 +4,16 @@ import hashlib
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ur5_ros.config import load_arm
+from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
 from ur5_ros.errors import Refusal
 from ur5_ros.signals import JOINT_NAMES, stamp_of_period
 from ur5_ros.sim.payload import loaded_arm
+from ur5_ros.sim.plant import Plant
 
 ZERO = np.zeros(6)
 
@@ -97,6 +99,36 @@ def test_a_command_that_is_not_six_finite_numbers_changes_nothing(plant_of, wron
         plant.step(wrong)
     assert plant.k == 1 and plant.truth is before
     assert not plant.drain_events()
+
+
+@pytest.mark.fault(1, 2, 3)
+def test_of_fuzzed_commands_none_reaches_the_engine_beyond_the_limits(monkeypatch):
+    arm = load_arm('ur5')  # without stops, which hold with whatever it takes
+    plant = Plant(replace(arm, limits=replace(arm.limits, lower=np.full(6, -np.inf),
+                                              upper=np.full(6, np.inf))),
+                  complete(SIM_PARAMETERS, {}))
+    limit, bullet = plant.arm.limits.effort, plant._mechanics.bullet
+    advance, applied = bullet.advance, []
+    monkeypatch.setattr(bullet, 'advance', lambda tau: (applied.append(tau), advance(tau))[1])
+    rng = np.random.default_rng(51)
+    bad = [np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, -0.0]
+    refused = 0
+    for _ in range(20_000):
+        command = rng.normal(size=6) * 10.0 ** rng.uniform(-300.0, 300.0, 6)
+        if rng.random() < 0.5:
+            command[rng.integers(6)] = rng.choice(bad)
+        try:
+            state = plant.step(command)
+        except Refusal:
+            refused += 1
+            continue
+        assert np.isfinite(state.q).all() and np.isfinite(state.qd).all()
+        if plant.stopped or not plant.k % 50:
+            plant.reset()
+        assert (np.abs(state.effort) <= limit).all()
+    plant.close()
+    assert refused > 1000 and len(applied) == 20_000 - refused
+    assert (np.abs(applied) <= limit).all()
 
 
 @pytest.mark.fault(3)
@@ -222,6 +254,7 @@ def test_a_change_out_of_range_is_refused_and_changes_nothing(plant_of, name, va
     assert plant.parameters == before and not plant.drain_events()
 
 
+@pytest.mark.fault(33, 40)
 @pytest.mark.parametrize(('given', 'reason'), [
     ({'control_rate': 300}, 'use 250 or 500'),
     ({'arm': 'ur5_controller'}, 'point mass'),

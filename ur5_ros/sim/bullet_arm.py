@@ -1,6 +1,7 @@
 """The arm in PyBullet: the only file that knows the engine and its traps."""
 
 import tempfile
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -51,7 +52,7 @@ class BulletArm:
             raise Refusal('PyBullet cannot open its window; set gui to false')
         self.load(arm, gravity)
 
-    def load(self, arm: ArmParameters, gravity: np.ndarray) -> None:
+    def load(self, arm: ArmParameters, gravity: Sequence[float] | np.ndarray) -> None:
         """Build the world anew with these bodies, at rest in zero position; see :meth:`place`."""
         client = self._client
         pybullet.resetSimulation(physicsClientId=client)
@@ -77,7 +78,7 @@ class BulletArm:
         self._axes = np.array(turn).reshape(3, 3)
         self.set_gravity(gravity)
 
-    def set_gravity(self, gravity: np.ndarray) -> None:
+    def set_gravity(self, gravity: Sequence[float] | np.ndarray) -> None:
         """Set the gravitational acceleration, in ``base`` [m/s^2]."""
         pybullet.setGravity(*map(float, gravity), physicsClientId=self._client)
 
@@ -106,7 +107,7 @@ class BulletArm:
         return np.array(pybullet.calculateInverseDynamics(self._body, q, qd, _ZEROS,
                                                           physicsClientId=self._client))
 
-    def jacobian(self, q: list[float], point: list[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    def jacobian(self, q: list[float], point: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return J(q) of a point of ``tool0``, linear rows first, in ``base``; (6, 6)."""
         # PyBullet counts a point from the origin of the link, along its principal axes of inertia.
         local = (self._axes.T @ point).tolist()

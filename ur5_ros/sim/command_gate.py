@@ -97,11 +97,14 @@ class CommandGate:
         self._refusals = RefusalCount(clock)
         self._events: list[Event] = []
         self._crowd: dict[str, list[str]] = {}
+        self._answer: np.ndarray | None = None
+        self._answer_stamp = 0
+        self._candidate: np.ndarray | None = None
+        self._heard = 0.0
         self._started = False  # a command has counted
         self._running_on = False  # the timeout fired: the fallback acts, paced
         self._rearm = False  # ... until the present period is over
         self._quiet_rule = True  # the next unstamped command has to wait for silence
-        self._forget()
         self.published(1)
 
     @property
@@ -155,7 +158,7 @@ class CommandGate:
             return self._refuse(topic, reason)
         return self.offer(topic, stamp, command)
 
-    def offer(self, topic: str, stamp: int, effort: Sequence[float]) -> str | None:
+    def offer(self, topic: str, stamp: int, effort: Sequence[float] | np.ndarray) -> str | None:
         """Offer six torques in joint order; as :meth:`offer_by_name`."""
         command = np.array(effort, dtype=float)
         if command.shape != (6,):
@@ -221,9 +224,8 @@ class CommandGate:
         return events
 
     def _forget(self) -> None:
-        self._answer: np.ndarray | None = None
+        self._answer = self._candidate = None
         self._answer_stamp = 0
-        self._candidate: np.ndarray | None = None
 
     def _take(self, command: np.ndarray) -> None:
         self._answer, self._candidate = command, None

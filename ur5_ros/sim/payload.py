@@ -30,4 +30,4 @@ def loaded_arm(arm: ArmParameters, mass: float, com: list[float]) -> ArmParamete
         return arm
     masses, coms, tensors = (np.array(part) for part in arm.bodies)
     declared = replace(arm, mass=masses, com=coms, inertia=tensors, payload=Payload())
-    return with_payload(declared, mass, com)
+    return with_payload(declared, mass, np.array(com))

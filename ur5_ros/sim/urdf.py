@@ -1,6 +1,7 @@
 """The arm as a URDF: the one description that PyBullet, RViz, MuJoCo and Pinocchio share."""
 
 import re
+from collections.abc import Sequence
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -65,10 +66,10 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False) -> st
             _fixed_joint(tf_prefix, 'base_link', 'base', (0.0, 0.0, np.pi)),
         ]
     bodies = link_bodies(arm)
-    for i, (link, (xyz, rpy)) in enumerate(zip(LINK_NAMES, joint_origins(arm), strict=True)):
+    for i, (name, (xyz, rpy)) in enumerate(zip(LINK_NAMES, joint_origins(arm), strict=True)):
         parent = root if i == 0 else LINK_NAMES[i - 1]
-        parts.append(_link(tf_prefix + link, *bodies[i], shapes[link]))
-        parts.append(_moving_joint(tf_prefix, i, parent, link, xyz, rpy,
+        parts.append(_link(tf_prefix + name, *bodies[i], shapes[name]))
+        parts.append(_moving_joint(tf_prefix, i, parent, name, xyz, rpy,
                                    arm, bare))
     if not bare:
         parts += [
@@ -101,7 +102,7 @@ def link_turns(arm: ArmParameters) -> np.ndarray:
 def joint_origins(arm: ArmParameters) -> list[tuple[tuple, tuple]]:
     """Return xyz [m] and roll, pitch, yaw [rad] of each joint in its parent link."""
     phi = link_turns(arm)
-    origins = [((0.0, 0.0, _snap(arm.d[0])),
+    origins: list[tuple[tuple, tuple]] = [((0.0, 0.0, _snap(arm.d[0])),
                 (0.0, 0.0, _snap(arm.angle_offset[0] - phi[0])))]
     for i in range(1, 6):
         along = np.array([arm.a[i - 1], 0.0, 0.0])
@@ -139,7 +140,7 @@ def link_bodies(arm: ArmParameters) -> list[tuple[float, tuple, tuple, np.ndarra
 
 
 def _link(name: str, mass: float, xyz: tuple, rpy: tuple, moments: np.ndarray,
-          shapes: list[Shape]) -> str:
+          shapes: Sequence[Shape]) -> str:
     ixx, iyy, izz = (repr(float(value)) for value in moments)
     return (
         f'  <link name="{name}">\n    <inertial>\n'
@@ -150,7 +151,7 @@ def _link(name: str, mass: float, xyz: tuple, rpy: tuple, moments: np.ndarray,
     )
 
 
-def _massless_link(name: str, shapes: list[Shape] = ()) -> str:
+def _massless_link(name: str, shapes: Sequence[Shape] = ()) -> str:
     return (  # a mass of zero, written out: PyBullet gives a link without an inertial 1 kg
         f'  <link name="{name}">\n    <inertial><mass value="0.0"/>'
         '<inertia ixx="0.0" ixy="0.0" ixz="0.0" iyy="0.0" iyz="0.0" izz="0.0"/></inertial>\n'
@@ -158,7 +159,7 @@ def _massless_link(name: str, shapes: list[Shape] = ()) -> str:
     )
 
 
-def _visuals(shapes: list[Shape]) -> str:
+def _visuals(shapes: Sequence[Shape]) -> str:
     return ''.join(
         f'    <visual>\n      <origin xyz="{_numbers(shape.xyz)}" rpy="{_numbers(shape.rpy)}"/>\n'
         f'      <geometry>{shape.geometry()}</geometry>\n'
