@@ -257,3 +257,12 @@ def test_zero_and_home_of_the_manufacturer_are_inverted(pose_name, q6):
     assert max(pose_error(solutions.q, pose, arm)) < 1e-9
     near = nearest_solution(pose, q, arm)
     assert np.abs(near - q).max() < 1e-6
+
+
+def test_one_pose_is_asked_for_where_one_is_answered():
+    arm = load_arm('ur5')
+    poses = forward_kinematics(configurations(2, 8), arm)
+    with pytest.raises(ValueError, match=r'T has shape \(2, 4, 4\); give \(4, 4\)'):
+        inverse_kinematics(poses, arm)
+    np.testing.assert_array_equal(inverse_kinematics(poses[0].tolist(), arm).q,
+                                  inverse_kinematics(poses[0], arm).q)

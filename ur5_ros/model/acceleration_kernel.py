@@ -6,7 +6,8 @@ import numpy as np
 
 from ur5_ros.model.arm_plane import axes, bodies, gravity_in_plane, total
 from ur5_ros.model.compiled import R1, W1, inlined, kernel
-from ur5_ros.model.dynamics_kernels import LANES, gather, mass_columns, scatter
+from ur5_ros.model.dynamics_kernels import mass_columns
+from ur5_ros.model.lanes import LANES, gather, scatter
 from ur5_ros.model.lumped import ARMATURE
 from ur5_ros.model.motion import torque_of_motion
 

@@ -140,7 +140,7 @@ class _SourceCache(FunctionCache):
 
 
 def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Callable[..., int]:
-    dispatcher = njit(nogil=nogil, fastmath={'contract'}, error_model='numpy')(function)
+    dispatcher: Any = njit(nogil=nogil, fastmath={'contract'}, error_model='numpy')(function)
     with suppress(RuntimeError):  # no folder can be written: compile without keeping
         dispatcher._cache = _SourceCache(function, f'nogil={nogil}')
     dispatcher.compile(signature)

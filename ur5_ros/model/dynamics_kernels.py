@@ -19,6 +19,7 @@ from ur5_ros.model.arm_plane import (
     total,
 )
 from ur5_ros.model.compiled import R1, W1, W2, inlined, kernel
+from ur5_ros.model.lanes import LANES, gather, put, put_lane, scatter
 from ur5_ros.model.lumped import ARMATURE, SHOULDER, SPIN
 from ur5_ros.model.moments import (
     column,
@@ -30,38 +31,6 @@ from ur5_ros.model.moments import (
     six,
 )
 from ur5_ros.model.motion import NIL, Z, rates, torque_of_motion, velocities
-
-#: States side by side.
-LANES = 8
-
-
-@inlined
-def gather(x, first, count, lanes):
-    """Copy six numbers of each of ``count`` states side by side; repeat the last to fill up."""
-    for lane in range(LANES):
-        state = first + min(lane, count - 1)
-        for i in range(6):
-            lanes[i * LANES + lane] = x[6 * state + i]
-
-
-@inlined
-def scatter(lanes, rows, first, count, x):
-    """Copy back ``rows`` numbers of each of ``count`` states, one state after the other."""
-    for lane in range(count):
-        for i in range(rows):
-            x[rows * (first + lane) + i] = lanes[i * LANES + lane]
-
-
-@inlined
-def put(out, at, step, i, j, value):
-    """Write an entry of a matrix that stands in six rows."""
-    out[at + i, j] = value
-
-
-@inlined
-def put_lane(out, at, step, i, j, value):
-    """Write an entry of one of eight matrices side by side."""
-    out[at + (6 * i + j) * step] = value
 
 
 @inlined

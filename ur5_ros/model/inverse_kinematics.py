@@ -17,6 +17,7 @@ from ur5_ros.model import inverse_kernels as kernels
 from ur5_ros.model.arguments import finite_array
 from ur5_ros.model.kinematics import singularity_factors
 from ur5_ros.model.parameters import ArmParameters, Limits
+from ur5_ros.model.poses import check_pose, single_pose, unreachable
 
 _tuple = tuple.__new__  # a third of the time of the named tuple's own constructor
 _NO_MASK = empty(0, dtype=bool)
@@ -94,7 +95,7 @@ def inverse_kinematics(
         code = kernels.solve.single(T, free, arm.constants, q, _NO_MASK)
     except (TypeError, AttributeError):
         kernels.solve.prepare()
-        T = finite_array('T', T, (4, 4))
+        T = single_pose(T)
         code = kernels.solve.single(T, free, arm.constants, q, _NO_MASK)
     if code == 255:
         return _tuple(Solutions, (q, _ALL, False, ''))
@@ -221,65 +222,6 @@ def branch_of(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     right, flipped = x5 > 0.0, sin_q5 < 0.0
     down = (sin_q3 * arm.a[1] * arm.a[2] < 0.0) != right
     return 4 * right + 2 * down + flipped
-
-
-def check_pose(T: np.ndarray) -> None:
-    """
-    Refuse what is no rigid transform, and say by how much.
-
-    Parameters
-    ----------
-    T : array_like, shape (..., 4, 4)
-        Poses.
-
-    Raises
-    ------
-    Refusal
-        If a number is not finite, the last row is not (0, 0, 0, 1) or the rest no rotation.
-
-    """
-    poses = finite_array('T', T, (4, 4))
-    rotation = poses[..., :3, :3]
-    flat = poses.reshape(-1, 4, 4)
-    last = np.abs(flat[:, 3] - (0.0, 0.0, 0.0, 1.0)).max(axis=1, initial=0.0)
-    gram = np.abs(rotation @ np.swapaxes(rotation, -1, -2) - np.eye(3)).reshape(-1, 9).max(axis=1)
-    which = '' if poses.ndim == 2 else ' {}'
-    for what, defect in (('its last row differs from (0, 0, 0, 1) by', last),
-                         ('R R^T differs from 1 by', gram)):
-        worst = int(np.argmax(defect))
-        if defect[worst] > kernels.RIGID:
-            raise Refusal(f'T{which.format(worst)} is no rigid transform: {what} '
-                          f'{defect[worst]:.3g}; at most {kernels.RIGID:g} is taken as rounding')
-    determinant = np.linalg.det(flat[:, :3, :3])
-    worst = int(np.argmin(determinant))
-    if determinant[worst] < 1.0 - 4.0 * kernels.RIGID:
-        raise Refusal(f'T{which.format(worst)} is no rigid transform: det R is '
-                      f'{determinant[worst]:.6g}; give +1')
-
-
-def unreachable(T: np.ndarray, arm: ArmParameters) -> str:
-    """
-    Return in one sentence why an arm cannot reach a pose.
-
-    Parameters
-    ----------
-    T : numpy.ndarray, shape (4, 4)
-        A pose without solution.
-    arm : ArmParameters
-        The arm.
-
-    """
-    p5 = T[:3, 3] - arm.d[5] * T[:3, 2]
-    across = float(np.hypot(p5[0], p5[1]))
-    if across < abs(arm.d[3]):
-        return (f'out of reach: the origin of frame 5 lies {across:.6g} m from axis 1; '
-                f'at least |d4| = {abs(arm.d[3]):.6g} m is needed')
-    reach = abs(arm.a[1]) + abs(arm.a[2])
-    hole = abs(abs(arm.a[1]) - abs(arm.a[2]))
-    height = p5[2] - arm.d[0]
-    span = np.hypot(np.sqrt(across ** 2 - arm.d[3] ** 2), height)
-    return (f'out of reach: the wrist lies about {span:.6g} m from the shoulder, give or take '
-            f'|d5| = {abs(arm.d[4]):.6g} m; joints 2 and 3 span {hole:.6g} to {reach:.6g} m')
 
 
 def _free_angle(q6: float | None, q_near: np.ndarray | None) -> np.ndarray:

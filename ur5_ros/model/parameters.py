@@ -109,7 +109,7 @@ class ArmParameters:
 def with_payload(
     arm: ArmParameters,
     mass: float,
-    com: np.ndarray = (0.0, 0.0, 0.0),
+    com: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0),
     inertia: np.ndarray | None = None,
 ) -> ArmParameters:
     """
@@ -162,6 +162,11 @@ def _check(arm: ArmParameters) -> None:
     if np.max(np.abs(arm.alpha - UR_TWIST)) > 1e-9:
         raise ValueError(f'{arm.name}: alpha is {arm.alpha.tolist()}; the closed form holds for '
                          'the UR twists [pi/2, 0, 0, pi/2, -pi/2, 0] only')
+    for name, value in (('a', arm.a[[0, 3, 4, 5]]), ('d', arm.d[[1, 2]])):
+        if np.any(value):
+            which = 'a1, a4, a5, a6' if name == 'a' else 'd2, d3'
+            raise ValueError(f'{arm.name}: {which} are {value.tolist()} m; the closed form holds '
+                             'where they are zero')
     if abs(arm.a[1]) < 1e-6 or abs(arm.a[2]) < 1e-6:
         raise ValueError(f'{arm.name}: a2, a3 are {arm.a[1]}, {arm.a[2]} m; '
                          'both must differ from zero')

@@ -5,8 +5,9 @@ import numpy as np
 from ur5_ros.errors import Refusal
 from ur5_ros.model import path_kernel
 from ur5_ros.model.arguments import finite_array
-from ur5_ros.model.inverse_kinematics import check_pose, nearest_solution, unreachable
+from ur5_ros.model.inverse_kinematics import nearest_solution
 from ur5_ros.model.parameters import ArmParameters, Limits
+from ur5_ros.model.poses import check_pose, unreachable
 
 
 def follow_path(
