@@ -376,3 +376,11 @@ def test_payload_adds_to_what_the_record_declares():
     arm = loaded_arm(load_arm('ur5'), 2.0, [0.0, 0.0, 0.1])
     twice = loaded_arm(arm, 1.0, [0.0, 0.0, 0.1])
     assert twice.bodies[0][5] == pytest.approx(load_arm('ur5').mass[5] + 3.0)
+
+
+@pytest.mark.parametrize('display', ['', ':987', 'nonsense', 'localhost:59000'])
+def test_a_window_without_a_screen_is_refused_before_pybullet_ends_the_process(
+        plant_of, monkeypatch, display):
+    monkeypatch.setenv('DISPLAY', display)
+    with pytest.raises(Refusal, match='set gui to false'):
+        plant_of(gui=True)

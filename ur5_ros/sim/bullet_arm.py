@@ -7,6 +7,7 @@ import numpy as np
 
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.sim.display import check_display
 from ur5_ros.sim.engine import pybullet
 from ur5_ros.sim.urdf import link_bodies, urdf_text
 
@@ -43,13 +44,14 @@ class BulletArm:
                  gui: bool = False):
         self._step_time = step_time
         urdf_text(arm, bare=True)  # refuses before a world is opened
+        if gui:
+            check_display()
         try:
             self._client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
         except pybullet.error as error:
-            raise Refusal(f'PyBullet cannot start: {error}; '
-                          'set gui to false on a machine without a display') from None
+            raise Refusal(f'PyBullet cannot start: {error}; close another simulator') from None
         if self._client < 0:
-            raise Refusal('PyBullet cannot open its window; set gui to false')
+            raise Refusal('PyBullet cannot start; close another simulator')
         self.load(arm, gravity)
 
     def load(self, arm: ArmParameters, gravity: Sequence[float] | np.ndarray) -> None:

@@ -26,6 +26,8 @@ def in_joint_order(expected: Sequence[str], names: Sequence[str],
         Torques in the order of ``names`` [N m].
 
     """
+    if tuple(names) == tuple(expected) and len(effort) == len(expected):
+        return np.array(effort, dtype=float), ''
     if tuple(names) != tuple(expected):
         if len(set(names)) != len(names):
             return None, 'doubled joint name'
