@@ -82,14 +82,17 @@ def load_mcap_ros2(folder: Path) -> float:
 
 
 MEMORY = """
-import resource, sys
+import sys
 from pathlib import Path
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.walk import CompiledWalk
+def memory(name):
+    lines = Path('/proc/self/status').read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith(name))
 CompiledWalk()
-before = int(Path('/proc/self/statm').read_text().split()[1]) * 4
+before = memory('VmRSS')
 states = open_bag(sys.argv[1]).joint_states('/joint_states')
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+print(memory('VmHWM') - before)
 """
 
 

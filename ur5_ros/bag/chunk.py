@@ -158,7 +158,8 @@ def decompress(compression: str, data: memoryview, size: int, source: str) -> by
     return content
 
 
-def open_chunk(content: bytes, source: str, limit: int = MAX_RECORD) -> bytes:
+def open_chunk(content: bytes | memoryview, source: str, limit: int = MAX_RECORD,
+               check: bool = True) -> bytes:
     """
     Return what a chunk holds: whole records of messages, schemas and channels.
 
@@ -170,6 +171,8 @@ def open_chunk(content: bytes, source: str, limit: int = MAX_RECORD) -> bytes:
         What to call it in messages.
     limit : int
         Largest size that it may have [bytes].
+    check : bool
+        Compare with the CRC; not needed where another one has proved the file.
 
     Raises
     ------
@@ -185,11 +188,11 @@ def open_chunk(content: bytes, source: str, limit: int = MAX_RECORD) -> bytes:
         raise BagProblem(f'{source}: a chunk that unpacks to {size} bytes; at most {limit} are '
                          'read here')
     length = int.from_bytes(content[at:at + 4], 'little')
-    name = content[at + 4:at + 4 + length]
+    name = bytes(content[at + 4:at + 4 + length])
     at += 4 + length
     if length > 20 or int.from_bytes(content[at:at + 8], 'little') != len(content) - at - 8:
         raise BagProblem(f'{source}: a chunk whose lengths contradict each other')
     data = decompress(name.decode('utf-8', 'replace'), memoryview(content)[at + 8:], size, source)
-    if crc not in (0, zlib.crc32(data)):
+    if check and crc not in (0, zlib.crc32(data)):
         raise BagProblem(f'{source}: a chunk that differs from its CRC')
     return bytes(data)

@@ -8,6 +8,7 @@ from ur5_ros.bag.codec import Definitions, decode
 from ur5_ros.bag.columns import KINDS, Columns, RawColumns
 from ur5_ros.bag.layout import Layout
 from ur5_ros.bag.problem import BagProblem
+from ur5_ros.bag.table import Table
 from ur5_ros.bag.walk import Walk
 
 #: Layouts of one topic that are read the fast way; messages of further ones are decoded singly.
@@ -68,43 +69,50 @@ class Collector:
         Columns wanted, in this order; default: those of the first message.
     report : callable
         Takes a sentence about messages that could not be read.
+    expected : int
+        Number of messages to make room for.
 
     """
 
     def __init__(self, topic: str, type_name: str, definitions: Definitions,
-                 names: Sequence[str] | None, report: Callable[[str], None]) -> None:
+                 names: Sequence[str] | None, report: Callable[[str], None],
+                 expected: int = 0) -> None:
         self._topic = topic
         self._type = type_name
         self._kind = KINDS[type_name]
         self._definitions = definitions
-        self._names = tuple(names) if names is not None else None
+        self._names: tuple[str, ...] | None = None
+        self._table = Table(self._kind.fields, expected)
+        if names is not None:
+            self._name(names)
         self._report = report
         self._layouts: list[tuple[Layout, list[int] | None]] = []
-        self._parts: list[tuple[np.ndarray, ...]] = []
-        self._skipped = 0
-        self._unread: list[str] = []
+        self._unread = 0
+        self._first_unread = ''
+
+    def _name(self, names: Sequence[str]) -> None:
+        """Settle which columns there are."""
+        self._names = tuple(names)
+        self._table.widen(len(self._names))
 
     def add(self, buffer: bytes | bytearray, found: Walk) -> None:
         """Take over messages that lie in a buffer."""
-        rows = _Rows(len(found.offsets), self._kind.fields)
+        self._table.open(found.log_times, found.publish_times)
         left = np.ones(len(found.offsets), bool)
         for known in self._layouts:
-            self._take(known, buffer, found, left, rows)
+            self._take(known, buffer, found, left)
         while left.any():
             first = int(left.argmax())
             begin = int(found.offsets[first])
-            data = bytes(buffer[begin:begin + int(found.lengths[first])])
-            new = self._read(data, first, rows)
+            new = self._read(bytes(buffer[begin:begin + int(found.lengths[first])]), first)
             if new is not None:
                 self._layouts.append(new)
-                self._take(new, buffer, found, left, rows)
+                self._take(new, buffer, found, left)
             left[first] = False
-        self._skipped += len(rows.kept) - int(rows.kept.sum())
-        self._parts.append((found.log_times[rows.kept], found.publish_times[rows.kept],
-                            *rows.arrays(len(self._names or ()))))
+        self._table.close()
 
-    def _take(self, known: 'tuple[Layout, list[int] | None]', buffer: bytes | bytearray,
-              found: Walk, left: np.ndarray, rows: '_Rows') -> None:
+    def _take(self, known: tuple[Layout, list[int] | None], buffer: bytes | bytearray,
+              found: Walk, left: np.ndarray) -> None:
         """Read all messages of one layout at once."""
         layout, order = known
         chosen = np.flatnonzero(left & (found.lengths == layout.size))
@@ -115,22 +123,23 @@ class Collector:
         left[chosen] = False
         if order is None:
             return
-        seconds = data[:, 4:12].copy().view('<i4')[:, 0].astype(np.int64)
-        stamp = seconds * _NANOSECONDS + data[:, 8:12].copy().view('<u4')[:, 0]
+        seconds, nanoseconds = (data[:, at:at + 4].view(kind)[:, 0] for at, kind
+                                in ((4, '<i4'), (8, '<u4')))
         fields = {}
         for name in self._kind.fields:
             if name in layout.holes:
                 offset, kind, number = layout.holes[name]
-                values = data[:, offset:offset + 8 * number].copy().view(kind)
+                values = data[:, offset:offset + 8 * number].view(kind)
                 fields[name] = values if order == list(range(number)) else values[:, order]
-        rows.set(chosen, stamp, fields, len(order))
+        self._table.fill(chosen, seconds.astype(np.int64) * _NANOSECONDS + nanoseconds, fields)
 
-    def _read(self, data: bytes, at: int, rows: '_Rows') -> tuple[Layout, list[int] | None] | None:
+    def _read(self, data: bytes, at: int) -> tuple[Layout, list[int] | None] | None:
         """Decode one message into its row; return its layout where others may share it."""
         try:
             message = decode(self._type, data, self._definitions)
         except BagProblem as problem:
-            self._unread.append(str(problem))
+            self._unread += 1
+            self._first_unread = self._first_unread or str(problem)
             return None
         names = list(self._kind.names(message))
         values = self._kind.values(message)
@@ -139,61 +148,25 @@ class Collector:
                 len(values[field]) != len(names) for field in filled):
             return None
         if self._names is None:
-            self._names = tuple(names)
-        order = [names.index(name) for name in self._names] \
-            if set(self._names) <= set(names) else None
+            self._name(names)
+        order = [names.index(name) for name in self._names or ()] \
+            if set(self._names or ()) <= set(names) else None
         if len(self._layouts) < MAX_LAYOUTS:
             layout = self._kind.layout(names, message['header']['frame_id'], filled)
             if layout.matches(data):
                 return layout, order
         if order is not None:
             time = message['header']['stamp']
-            rows.set(np.array([at]), np.array([time['sec'] * _NANOSECONDS + time['nanosec']]),
-                     {field: np.asarray(values[field], float)[None, order] for field in filled},
-                     len(order))
+            self._table.fill(
+                np.array([at]), np.array([time['sec'] * _NANOSECONDS + time['nanosec']]),
+                {field: np.asarray(values[field], float)[None, order] for field in filled})
         return None
 
     def result(self) -> Columns:
         """Return all that was added, in its order."""
         if self._unread:
-            self._report(f'topic {self._topic}: {len(self._unread)} messages could not be read; '
-                         f'the first: {self._unread[0]}')
-        width = len(self._names or ())
-        empty = np.empty(0, np.int64)
-        whole = [np.concatenate([np.empty((0, width)) if at > 2 else empty,
-                                 *(part[at] for part in self._parts)])
-                 for at in range(3 + len(self._kind.fields))]
-        log_time, publish_time, stamp, *fields = whole
-        return Columns(self._names or (), stamp, log_time, publish_time,
-                       dict(zip(self._kind.fields, fields, strict=True)), self._skipped)
-
-
-class _Rows:
-    """The rows of one batch while they are filled, layout by layout."""
-
-    def __init__(self, number: int, fields: Sequence[str]) -> None:
-        self.stamp = np.zeros(number, np.int64)
-        self.kept = np.zeros(number, bool)
-        self._fields: dict[str, np.ndarray | None] = dict.fromkeys(fields)
-
-    def set(self, chosen: np.ndarray, stamp: np.ndarray, fields: dict[str, np.ndarray],
-            width: int) -> None:
-        """Fill the chosen rows."""
-        self.kept[chosen] = True
-        if len(chosen) == len(self.stamp):  # all alike: no copying
-            self.stamp = stamp
-            self._fields.update(fields)
-            return
-        self.stamp[chosen] = stamp
-        for name, values in fields.items():
-            column = self._fields[name]
-            if column is None:
-                column = self._fields[name] = np.full((len(self.stamp), width), np.nan)
-            column[chosen] = values
-
-    def arrays(self, width: int) -> list[np.ndarray]:
-        """Return stamps and fields of the rows that were filled."""
-        found = [self.stamp]
-        for values in self._fields.values():
-            found.append(np.full((len(self.stamp), width), np.nan) if values is None else values)
-        return found if self.kept.all() else [values[self.kept] for values in found]
+            self._report(f'topic {self._topic}: {self._unread} messages could not be read; '
+                         f'the first: {self._first_unread}')
+        table = self._table.trimmed()
+        return Columns(self._names or (), table.stamp, table.log_time, table.publish_time,
+                       table.fields, table.skipped)

@@ -1,26 +1,27 @@
 """One MCAP file, read front to back within bounds; damage is named and survived."""
 
-import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple, Protocol
 
 import numpy as np
-from mcap.records import DataEnd, Header, Metadata
+from mcap.records import Header, Metadata
 
 from ur5_ros.bag.chunk import open_chunk
 from ur5_ros.bag.definitions import FileDefinitions, TopicInfo
 from ur5_ros.bag.mcap_records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
+from ur5_ros.bag.mcap_scan import data_crc, scan
 from ur5_ros.bag.mcap_summary import Summary, read_summary
 from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.walk import Walk, walk
 
 #: Chunks are walked together up to this size [bytes].
-BATCH_SIZE = 4 << 20
+BATCH_SIZE = 1 << 20
 
-#: Largest ratio of decompressed to stored size of a whole file, beyond the first BATCH_SIZE.
+#: Largest ratio of decompressed to stored size of a whole file, beyond the first ALLOWANCE bytes.
 #: LZ4 cannot exceed 255; states of an arm at rest come to 40 with Zstandard.
 MAX_RATIO = 1000
+ALLOWANCE = 4 << 20
 
 
 class Batch(NamedTuple):
@@ -41,6 +42,10 @@ class Source(Protocol):
     @property
     def topics(self) -> dict[int, TopicInfo]:
         """What is known of each channel."""
+
+    @property
+    def expected(self) -> dict[int, int]:
+        """Messages of each channel, as the source itself claims."""
 
     def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
         """Yield all messages."""
@@ -109,6 +114,12 @@ class McapSource:
         """What is known of each channel."""
         return self._definitions.topics()
 
+    @property
+    def expected(self) -> dict[int, int]:
+        """Messages of each channel, as the summary claims."""
+        stated = self.summary and self.summary.statistics
+        return stated.channel_message_counts if stated else {}
+
     def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
         """
         Yield all messages of the file, in its order; afterwards ``counts`` is right.
@@ -173,7 +184,8 @@ class McapSource:
     def _contents(self) -> Iterator[bytes]:
         """Yield rows of whole message and definition records: chunks, and what stands outside."""
         loose = bytearray()
-        allowed = BATCH_SIZE + MAX_RATIO * self.size
+        intact = self._is_intact()
+        allowed = ALLOWANCE + MAX_RATIO * self.size
         for opcode, record in self._records():
             if opcode == Opcode.MESSAGE:
                 loose += record
@@ -186,14 +198,14 @@ class McapSource:
                     loose = bytearray()
                 try:
                     content = open_chunk(record[FRAME.size:], str(self.path),
-                                         min(allowed, MAX_RECORD))
+                                         min(allowed, MAX_RECORD), check=not intact)
                 except BagProblem as problem:
                     self.report(f'{problem}; it was left out')
                     continue
                 allowed -= len(content)
                 yield content
             else:
-                self._other(opcode, record[FRAME.size:])
+                self._other(opcode, bytes(record[FRAME.size:]))
         if loose:
             yield bytes(loose)
 
@@ -225,40 +237,29 @@ class McapSource:
         except BagProblem as problem:
             self.report(str(problem))
 
-    def _records(self) -> Iterator[tuple[int, bytes]]:
-        """Yield (opcode, whole record) of the data section, up to the first that is damaged."""
-        with open(self.path, 'rb', buffering=1 << 20) as file:
-            at = len(file.read(len(MAGIC)))
-            crc = zlib.crc32(MAGIC)
-            while at < self.size:
-                head = file.read(FRAME.size)
-                opcode, length = FRAME.unpack(head) if len(head) == FRAME.size else (None, 0)
-                if opcode is None or length > self.size - at - FRAME.size:
-                    self.report(f'{self.path}: is cut off or damaged in the record at byte {at}; '
-                                'the rest was left out')
-                    return
-                if opcode == 0 or length > MAX_RECORD + 100:
-                    self.report(f'{self.path}: the record at byte {at} claims kind {opcode:#04x} '
-                                f'and {length} bytes; the rest was left out')
-                    return
-                record = head + file.read(length)
-                if opcode == Opcode.DATA_END:
-                    self._check_end(record[FRAME.size:], crc, at + len(record))
-                    return
-                crc = zlib.crc32(record, crc)
-                at += len(record)
+    def _records(self) -> Iterator[tuple[int, memoryview]]:
+        """Yield (opcode, whole record) of the data; report an end where the summary is not."""
+        at = len(MAGIC)
+        for opcode, record in scan(self.path, self.size, self.report):
+            at += len(record)
+            if opcode != Opcode.DATA_END:
                 yield opcode, record
-            if self.summary is not None:
+            elif self.summary is not None and at != self.summary.start:
                 self.report(f'{self.path}: its data do not end where its summary starts')
 
-    def _check_end(self, content: bytes, crc: int, at: int) -> None:
-        """Report a data section that was changed, or is not followed by what the footer says."""
+    def _is_intact(self) -> bool:
+        """Return whether a CRC over all data proves them; report one that does not."""
+        if self.summary is None:
+            return False
         try:
-            stated = parse_record(DataEnd, content, str(self.path)).data_section_crc
-        except BagProblem as problem:
-            self.report(str(problem))
-            return
-        if stated not in (0, crc):
-            self.report(f'{self.path}: was changed after it was written (CRC of the data)')
-        if self.summary is not None and at != self.summary.start:
+            crc = data_crc(self.path, self.summary.start)
+        except OSError as error:
+            self.report(f'{self.path}: cannot be read: {error.strerror}')
+            return False
+        if crc is None:
             self.report(f'{self.path}: its data do not end where its summary starts')
+            return False
+        stated, found = crc
+        if stated not in (0, found):
+            self.report(f'{self.path}: was changed after it was written (CRC of the data)')
+        return stated == found != 0

@@ -20,6 +20,9 @@ from ur5_ros.errors import Refusal
 #: Bags larger than this are walked by compiled code, which takes a second to get ready [bytes].
 COMPILE_ABOVE = 16 << 20
 
+#: Messages that room is made for on the word of a summary, for each byte of the file.
+MAX_ROWS_PER_BYTE = 4
+
 #: Sentences that are kept about one bag.
 MAX_PROBLEMS = 1000
 
@@ -128,6 +131,12 @@ class Bag:
                 if chosen.any():
                     collectors[topic].add(batch.buffer, _select(batch.messages, chosen))
 
+    def _expected(self, topic: str) -> int:
+        """Return how many messages the summaries claim, as far as the files could hold them."""
+        return sum(min(source.expected.get(channel, 0), MAX_ROWS_PER_BYTE * source.size)
+                   for source in self.sources for channel, info in source.topics.items()
+                   if info.name == topic)
+
     def load(self, topics: Mapping[str, Sequence[str] | None]) -> dict[str, Columns | RawColumns]:
         """
         Return the messages of several topics as arrays, in one pass over the bag.
@@ -155,7 +164,8 @@ class Bag:
         for topic, names in topics.items():
             info = self._info(topic)
             definitions = info.definitions()
-            collectors[topic] = Collector(topic, info.type, definitions, names, self._report) \
+            collectors[topic] = Collector(
+                topic, info.type, definitions, names, self._report, self._expected(topic)) \
                 if info.type in KINDS else RawCollector()
         self._pass(collectors)
         return {topic: collector.result() for topic, collector in collectors.items()}

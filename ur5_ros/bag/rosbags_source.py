@@ -70,6 +70,11 @@ class RosbagsSource:
         """What is known of each topic, under numbers of our own."""
         return self._topics
 
+    @property
+    def expected(self) -> dict[int, int]:
+        """Nothing: the storage has to be asked for it."""
+        return {}
+
     def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
         """Yield all messages, by log time, as records like those of an MCAP file."""
         self.counts = {}

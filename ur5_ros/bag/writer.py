@@ -18,7 +18,7 @@ from ur5_ros.errors import Refusal
 
 #: Wall time between two writes [s]. A killed process loses the messages of at most one such time
 #: and of the write itself; 100 ms are promised.
-FLUSH_PERIOD = 0.04
+FLUSH_PERIOD = 0.025
 
 #: Messages that may wait for the disk; beyond it they are dropped and counted.
 MAX_WAITING = 200_000

@@ -1,0 +1,88 @@
+"""The records of an MCAP file, one after the other, none of them believed about its length."""
+
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from struct import error as StructError
+
+from ur5_ros.bag.mcap_records import FRAME, MAGIC, MAX_RECORD, Opcode
+
+#: Bytes that are read at once.
+WINDOW = 1 << 20
+
+_DATA_END = FRAME.pack(Opcode.DATA_END, 4)
+
+
+def scan(path: Path, size: int, report: Callable[[str], None]) -> Iterator[tuple[int, memoryview]]:
+    """
+    Yield (opcode, whole record) of the data section, its end included, up to the first damage.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    size : int
+        Its size when it was opened [bytes]; what was appended later is not read.
+    report : callable
+        Takes a sentence about what ends the reading before the end of the data.
+
+    """
+    try:
+        with open(path, 'rb') as file:
+            file.seek(len(MAGIC))
+            at, begin, window = len(MAGIC), 0, b''
+            while at < size:
+                if len(window) - begin < FRAME.size:
+                    window, begin = window[begin:] + file.read(WINDOW), 0
+                left = size - at - FRAME.size
+                opcode, length = FRAME.unpack_from(window, begin) if left >= 0 else (0, 1)
+                if length > left:
+                    report(f'{path}: is cut off or damaged in the record at byte {at}; '
+                           'the rest was left out')
+                    return
+                if opcode == 0 or length > MAX_RECORD + 100:
+                    report(f'{path}: the record at byte {at} claims kind {opcode:#04x} '
+                           f'and {length} bytes; the rest was left out')
+                    return
+                end = begin + FRAME.size + length
+                if end > len(window):
+                    window = window[begin:] + file.read(max(WINDOW, end - len(window)))
+                    begin, end = 0, end - begin
+                yield opcode, memoryview(window)[begin:end]
+                at += end - begin
+                begin = end
+                if opcode == Opcode.DATA_END:
+                    return
+    except (OSError, StructError) as error:  # deleted, or shortened while it was read
+        report(f'{path}: cannot be read on: {error}')
+
+
+def data_crc(path: Path, end: int) -> tuple[int, int] | None:
+    """
+    Return the CRC that a file states for its data section and the one that it has.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    end : int
+        Where the summary starts, right behind the record that ends the data.
+
+    Returns
+    -------
+    tuple of int, or None
+        (stated, found); None where the data do not end there.
+
+    """
+    with open(path, 'rb') as file:
+        crc, left = 0, end - len(_DATA_END) - 4
+        while left > 0:
+            data = file.read(min(WINDOW, left))
+            if not data:
+                return None
+            crc = zlib.crc32(data, crc)
+            left -= len(data)
+        record = file.read(len(_DATA_END) + 4)
+    if left < 0 or not record.startswith(_DATA_END) or len(record) < len(_DATA_END) + 4:
+        return None
+    return int.from_bytes(record[-4:], 'little'), crc
