@@ -50,39 +50,39 @@ def asked(wish):
     return controller.status()['refused_inputs'] - before
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(names, st.one_of(six, numbers))
 def test_any_joint_target(names, positions):
     asked(lambda controller: controller.target_joints(names, positions))
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(st.lists(wild, min_size=3, max_size=3), st.lists(wild, min_size=4, max_size=4),
        st.sampled_from(['base', 'base_link', 'world', '']))
 def test_any_pose(position, quaternion, frame):
     asked(lambda controller: controller.target_pose(pose_matrix(position, quaternion), frame))
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(st.lists(wild, min_size=16, max_size=16))
 def test_any_matrix(elements):
     asked(lambda controller: controller.target_pose(np.reshape(elements, (4, 4))))
 
 
-@settings(max_examples=300)
+@settings(max_examples=120)
 @given(names, points, st.one_of(st.just(0), times))
 def test_any_trajectory(names, points, stamp):
     asked(lambda controller: controller.joint_trajectory(names, points, stamp))
 
 
-@settings(max_examples=100)
+@settings(max_examples=60)
 @given(names, points, tolerances, tolerances, wild)
 def test_any_goal(names, points, path, goal, time):
     asked(lambda controller: controller.follow_joint_trajectory(
         names, points, 0, path, goal, time))
 
 
-@settings(max_examples=100)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3), times),
                 max_size=4), st.booleans())
 def test_any_path(stations, stamped):
@@ -91,14 +91,14 @@ def test_any_path(stations, stamped):
     asked(lambda controller: controller.path(poses.reshape(-1, 4, 4), stamps))
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(st.sampled_from([parameter.name for parameter in CONTROL_PARAMETERS]),
        st.one_of(wild, st.text(max_size=3), st.booleans(), st.lists(wild, max_size=7), st.none()))
 def test_any_parameter(name, value):
     asked(lambda controller: controller.change({name: value}))
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(st.lists(st.tuples(st.integers(0, 3_000_000_000), six, six), min_size=1, max_size=8))
 def test_any_sequence_of_states(rows):
     controller = Controller({'experiment': '', 'max_state_jump': 0.5}, 500)
