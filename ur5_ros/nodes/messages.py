@@ -105,9 +105,11 @@ class EffortReader:
         """The layout of our own commands."""
         self._layouts = (self.layout, FixedJointState(names))
 
-    def read(self, data: bytes) -> tuple[int, Sequence[str], Sequence[float]]:
+    def read(self, data: bytes) -> tuple[int, Sequence[str] | None, Sequence[float]]:
         """
         Return the stamp [ns] of the state that a command answers, 0 if none, names and efforts.
+
+        The names are None if they are ours in our order.
 
         Raises
         ------
@@ -118,7 +120,7 @@ class EffortReader:
         for layout in self._layouts:
             if layout.matches(data):
                 stamp, _, _, effort = layout.decode(data)
-                return stamp, self.names, effort
+                return stamp, None, effort
         message = read_message('sensor_msgs/msg/JointState', data)
         return stamp_of(message['header']), tuple(message['name']), message['effort']
 
@@ -142,7 +144,7 @@ class StateReader:
 
     def read(self, data: bytes) -> ArmState:
         """
-        Return the state.
+        Return the state; whether its numbers can be believed the controller judges.
 
         Raises
         ------
@@ -151,9 +153,7 @@ class StateReader:
 
         """
         if self.layout.matches(data):
-            stamp, q, qd, effort = self.layout.decode(data)
-            if np.isfinite(q + qd + effort).all():
-                return ArmState(stamp, q, qd, effort)
+            return ArmState(*self.layout.decode(data))  # the controller asks whether it is finite
         message = read_message('sensor_msgs/msg/JointState', data)
         order = order_of(message['name'], self._names)
         effort = message['effort']

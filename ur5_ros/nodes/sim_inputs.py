@@ -111,7 +111,11 @@ class SimInputs:
             self.copies += 1  # of an answer that is recorded and counted already
             return
         stamp, names, effort = self._reader.read(data)
-        if self._gate.offer_by_name(topic, stamp, names, effort) is None:
+        if names is None:
+            refused = self._gate.offer(topic, stamp, effort)
+        else:
+            refused = self._gate.offer_by_name(topic, stamp, names, effort)
+        if refused is None:
             self._taken(stamp, names, effort)
             if stamp:
                 self._last = data
@@ -120,12 +124,12 @@ class SimInputs:
     def _take_array(self, topic: str, record: int, data: bytes) -> None:
         effort = read_message('std_msgs/msg/Float64MultiArray', data)['data']
         if self._gate.offer(topic, 0, effort) is None:
-            self._taken(0, self._reader.names, effort)
+            self._taken(0, None, effort)
         self._recording.write(record, data)
 
     def _taken(self, stamp: int, names: Any, effort: Any) -> None:
         self.last_was_stamped = stamp != 0
-        if names is not self._reader.names and tuple(names) != self._reader.names:
+        if names is not None:
             place = dict(zip(names, effort, strict=True))
             effort = [place[name] for name in self._reader.names]
         self.hash.add(self._reader.layout.encode(stamp, (), (), np.asarray(effort, float)))
