@@ -1,0 +1,203 @@
+"""Strangers on the topics and on the ports: floods, garbage, other types, other machines."""
+
+import random
+import re
+import socket
+import struct
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from nav_msgs.msg import Path as PathMessage
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from ros_processes import wait_until
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, String
+from trajectory_msgs.msg import JointTrajectory
+
+from ur5_ros.bag.reader import open_bag
+
+#: Everything that the two nodes hear.
+INPUTS = {
+    '/joint_command': JointState, '/forward_effort_controller/commands': Float64MultiArray,
+    '/ur5_sim/external_wrench': WrenchStamped, '/ur5_control/target_joints': JointState,
+    '/ur5_control/target_pose': PoseStamped, '/ur5_control/joint_trajectory': JointTrajectory,
+    '/ur5_control/path': PathMessage,
+}
+
+
+def stamp(message) -> int:
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def pair_running(ros, **sim):
+    """Start both nodes and wait until the loop turns; return them and the states heard."""
+    nodes = ros.start('sim', **sim), ros.start('control')
+    states = ros.observer().hear(JointState, '/joint_states')
+    wait_until(lambda: states and stamp(states[-1]) > 50_000_000, 'fifty periods')
+    return *nodes, states
+
+
+def goes_on(states, periods=200):
+    """Wait for more states and check that the arm is sane."""
+    began = stamp(states[-1])
+    wait_until(lambda: stamp(states[-1]) > began + periods * 1_000_000, 'the loop to go on')
+    assert np.isfinite(states[-1].position).all()
+    assert np.abs(states[-1].velocity).max() < 2.0
+
+
+@pytest.mark.fault(17, 18, 22, 83)
+def test_a_flood_of_garbage_on_every_input_leaves_the_loop_alone(ros, often):
+    sim, control, states = pair_running(ros)
+    dice = random.Random(17)
+    flood = ros.observer('flood')
+    publishers = [flood.publisher(kind, topic) for topic, kind in INPUTS.items()]
+    for _ in range(1000 * often):
+        for publisher in publishers:
+            size = dice.choice([0, 3, 4, 12, 60, 300, 5000])
+            publisher.publish(b'\x00\x01\x00\x00' + dice.randbytes(size))
+    goes_on(states)
+    assert control.stop() == 0, control.text
+    assert sim.stop() == 0, sim.text
+    assert 'Traceback' not in sim.text + control.text
+    bag = open_bag(ros.bag('sim'))
+    assert np.isfinite(bag.joint_states('/joint_states').position).all()
+
+
+@pytest.mark.fault(16)
+def test_a_message_of_many_megabytes_is_refused_by_its_length(ros):
+    sim, control, states = pair_running(ros)
+    intruder = ros.observer('huge').publisher(JointState, '/joint_command')
+    intruder.publish(JointState(name=['x'] * 500_000, effort=[0.0] * 500_000))
+    intruder.publish(JointState(name=['x'] * 20_000, effort=[0.0] * 20_000))
+    goes_on(states)
+    told = ros.observer('told').hear(DiagnosticArray, '/diagnostics')
+    wait_until(lambda: any(pair.key.startswith('refused /joint_command')
+                           for message in told for pair in message.status[0].values),
+               'the counter')
+    assert sim.stop() == 0
+    assert control.stop() == 0
+    assert sum(file.stat().st_size for file in ros.bag('sim').iterdir()) < 5_000_000
+
+
+@pytest.mark.fault(14, 15)
+def test_publishers_that_do_not_fit_do_no_harm(ros):
+    sim, control, states = pair_running(ros)
+    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    timid = ros.observer('timid').node.create_publisher(JointState, '/joint_command', best_effort)
+    other = ros.observer('other').node.create_publisher(String, '/joint_command', 10)
+    for _ in range(100):
+        timid.publish(JointState())
+        other.publish(String(data='not a command'))
+    goes_on(states)
+    assert sim.stop() == 0
+    assert control.stop() == 0
+
+
+@pytest.mark.fault(82)
+def test_every_socket_of_both_nodes_is_on_the_loopback_interface(ros):
+    sim, control, _ = pair_running(ros)
+    found = 0
+    for process in (sim, control):
+        for address in udp_and_tcp_addresses(process.pid):
+            found += 1
+            if socket.inet_aton(address)[0] >> 4 == 14:  # multicast: heard where it is joined
+                assert interfaces_joined(process.pid, address) <= {'lo'}
+            else:
+                assert address.startswith('127.'), f'{address} is open to the network'
+    assert found >= 4
+
+
+def interfaces_joined(pid: int, group: str) -> set[str]:
+    """Return the network interfaces on which a multicast group is joined."""
+    packed = f'{int.from_bytes(socket.inet_aton(group), "little"):08X}'
+    joined, device = set(), ''
+    for line in Path(f'/proc/{pid}/net/igmp').read_text().splitlines()[1:]:
+        if not line[0].isspace():
+            device = line.split()[1]
+        elif line.split()[0] == packed:
+            joined.add(device)
+    return joined
+
+
+def udp_and_tcp_addresses(pid: int) -> list[str]:
+    """Return the local address of every UDP and TCP socket of a process."""
+    inodes = set()
+    for link in Path(f'/proc/{pid}/fd').iterdir():
+        target = re.match(r'socket:\[(\d+)\]', str(link.readlink()))
+        if target:
+            inodes.add(target[1])
+    addresses = []
+    for table in ('udp', 'tcp', 'udp6', 'tcp6'):
+        for line in Path(f'/proc/{pid}/net/{table}').read_text().splitlines()[1:]:
+            fields = line.split()
+            if fields[9] in inodes:
+                packed = bytes.fromhex(fields[1].partition(':')[0])
+                assert len(packed) == 4, f'an IPv6 socket is open: {line}'
+                addresses.append(socket.inet_ntoa(struct.pack('<I', int.from_bytes(packed))))
+    return addresses
+
+
+@pytest.mark.fault(81)
+def test_random_packets_on_the_middlewares_ports_do_not_stop_the_loop(ros, often, record_property):
+    sim, control, states = pair_running(ros)
+    first = 7400 + 250 * ros.domain
+    dice = random.Random(81)
+    sent = 0
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        end = time.monotonic() + 2.0 * often
+        while time.monotonic() < end:
+            head = b'RTPS\x02\x03\x01\x0f' if dice.random() < 0.5 else b''
+            data = head + dice.randbytes(dice.choice([0, 8, 40, 200, 1400]))
+            sender.sendto(data, ('127.0.0.1', first + dice.choice([0, 1, 10, 11, 12, 13])))
+            sent += 1
+    goes_on(states)
+    record_property('hostile packets survived', sent)
+    assert sim.stop() == 0
+    assert control.stop() == 0
+    assert sent > 1000
+
+
+@pytest.mark.fault(62)
+def test_a_robot_in_another_domain_hears_nothing(ros, tmp_path):
+    from ros_processes import ros_domain
+    _, _, states = pair_running(ros)
+    (tmp_path / 'other').mkdir()
+    with ros_domain(tmp_path / 'other') as other:
+        assert other.domain != ros.domain
+        stranger = other.observer('stranger')
+        heard = stranger.hear(JointState, '/joint_states', publishers=0)
+        goes_on(states, 1000)
+        assert heard == []
+        assert 'ur5_sim' not in stranger.node.get_node_names()
+
+
+@pytest.mark.fault(61)
+def test_two_simulators_under_one_name_are_named_and_spoil_no_recording(ros):
+    first, control, states = pair_running(ros)
+    second = ros.start('sim')
+    second.says('recorded in')
+    goes_on(states, 1000)
+    for process in (second, first, control):
+        assert process.stop() == 0, process.text
+    for bag in (ros.folder / 'bags').glob('*/sim'):
+        assert open_bag(bag).check() == []
+
+
+@pytest.mark.fault(63)
+def test_full_shared_memory_is_no_reason_to_stop(ros):
+    probe = ros.run(['unshare', '-m', 'true'])
+    if probe.ends() != 0:
+        pytest.skip('mount namespaces need root')
+    import shlex
+    import sys
+    inner = 'mount -t tmpfs -o size=64k tmpfs /dev/shm && exec ' + shlex.join(
+        [sys.executable, '-m', 'ur5_ros.nodes.sim_node', '--ros-args', '-p', 'stop_after:=0.5'])
+    sim = ros.run(['unshare', '-m', 'sh', '-c', inner])
+    control = ros.start('control')
+    assert sim.ends(120) == 0, sim.text
+    assert control.stop() == 0
+    assert len(open_bag(ros.bag('sim')).joint_states('/joint_states').stamp) == 500
