@@ -103,7 +103,9 @@ def within_limits(
         torque = torque._replace(
             total=torque.inertial + torque.feedback + torque.coriolis, gravity=_NONE)
     total, acted = torque.total, []
-    if (np.abs(total + added) > effort_limit).any():
+    whole = total + added if gravity_excluded else total
+    if any(not -limit <= value <= limit
+           for value, limit in zip(whole.tolist(), effort_limit.tolist(), strict=True)):
         total = effort_scale(total, added, effort_limit) * total
         acted.append('effort')
     if last is not None and np.abs(total - last).max() > largest_change:

@@ -125,15 +125,19 @@ def check_sampled(mode: str, gains: Gains, arm: ArmParameters, control_rate: int
                           f'(spectral radius {radius:.4g}); lower kd below {control_rate} 1/s')
         return
     inertia = inertia_matrix(np.array(HOME) + arm.angle_offset, arm)
-    if sampled_radius(gains, inertia, 1.0 / control_rate) < 1.0:
+    radius = sampled_radius(gains, inertia, 1.0 / control_rate)
+    if radius < 1.0:
         return
     # a torque on one joint alone accelerates it by the inverse of M
     largest = control_rate / np.diag(np.linalg.inv(inertia))
     joint = int((np.diag(gains.kd) / largest).argmax())
+    if gains.kd[joint, joint] <= largest[joint]:
+        raise Refusal(f'mode {mode} sampled at {control_rate} Hz is unstable (spectral radius '
+                      f'{radius:.4g}); lower kp')
     raise Refusal(
         f'mode {mode} sampled at {control_rate} Hz is unstable: kd of {JOINT_NAMES[joint]} is '
         f'{gains.kd[joint, joint]:g} N m s/rad; for arm {arm.name} give at most about '
-        f'[{", ".join(f"{value:.2g}" for value in largest)}]')
+        f'[{", ".join(map(_two_digits, largest))}]')
 
 
 def changed(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -167,6 +171,10 @@ def changed(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[s
             raise Refusal(f'{name} is read at the start only; restart with the new value')
         new[name] = check(known[name], value)
     return new
+
+
+def _two_digits(value: float) -> str:
+    return np.format_float_positional(value, 2, fractional=False, trim='-')
 
 
 def _six(values: list[float]) -> np.ndarray:
