@@ -109,6 +109,8 @@ def _jumps(star, h: float) -> np.ndarray:
 def _follow(step: np.ndarray, first: np.ndarray, inputs: np.ndarray) -> np.ndarray:
     """Return x_0 .. x_n of x' = step x + input, BLOCK periods to one matrix product."""
     size, count = len(first), len(inputs)
+    if not count:
+        return first[None, :]
     blocks = -(-count // BLOCK)
     padded = np.zeros((blocks * BLOCK, size))
     padded[:count] = inputs

@@ -41,7 +41,7 @@ class Evidence(NamedTuple):
     """Since the first state [s], shape (b, w)."""
 
 
-def gather(run: Run, arm: ArmParameters) -> Evidence | None:
+def gather(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> Evidence | None:
     """
     Return the evidence of a run against an arm; None where it is too short.
 
@@ -52,11 +52,13 @@ def gather(run: Run, arm: ArmParameters) -> Evidence | None:
         as steps.
     arm : ArmParameters
         The arm of the law.
+    blocks : int
+        At most so many blocks are taken, evenly over the run.
 
     """
     whole = run.steps & np.isfinite(run.exact.effort[1:]).all(axis=1)
-    if run.follows_reference:
-        whole &= np.isfinite(np.hstack([*run.reference])).all(axis=1)[:-1]
+    if run.follows_reference:  # the reference brings its accelerations: gaps do no harm
+        whole = np.isfinite(np.hstack([*run.reference, run.states.effort])).all(axis=1)[:-1]
     size = BLOCK
     if run.noisy or not run.substeps:
         size = max(2, round(SMOOTHING * run.control_rate))
@@ -65,7 +67,7 @@ def gather(run: Run, arm: ArmParameters) -> Evidence | None:
     starts = starts[[whole[start:start + size].all() for start in starts]]
     if len(starts) < 10:
         return None
-    starts = starts[np.unique(np.linspace(0, len(starts) - 1, BLOCKS).astype(int))]
+    starts = starts[np.unique(np.linspace(0, len(starts) - 1, blocks).astype(int))]
     rows = starts[:, None] + np.arange(size)
     q, qd, effort = run.exact
     if run.follows_reference:

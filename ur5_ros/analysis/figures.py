@@ -148,6 +148,9 @@ def _error_figures(series) -> list[Figure]:
         traces.append(curve(t, dynamics.error[:, i], name, COLOURS[i]))
         traces.append(curve(t, dynamics.continuous[:, i], f'{name}, theory', COLOURS[i], 'dot',
                             2.4))
+    if not np.isfinite(dynamics.continuous).any():
+        return [Figure('error', 'Joint error e(t)', 'Position minus reference.', traces[::2],
+                       'error [rad]', wide=True)]
     away = [curve(t, floor(dynamics.error[:, i] - dynamics.continuous[:, i]), name, COLOURS[i])
             for i, name in enumerate(JOINT_NAMES)]
     found = [

@@ -72,10 +72,11 @@ def law_in_charge(run: Run) -> np.ndarray:
 def _error_checks(run: Run, marks: Marks) -> tuple[list[Check], ErrorDynamics]:
     parameters = run.control.parameters
     gains = gains_of(run)
-    counted = law_in_charge(run)
+    promised = parameters.get('mode', 'computed_torque') == 'computed_torque'
+    counted = law_in_charge(run) & promised
     dynamics = error_dynamics(run, gains.kp, gains.kd, counted)
     why = ''
-    if parameters.get('mode', 'computed_torque') != 'computed_torque':
+    if not promised:
         why = f'mode {parameters["mode"]}: no linear error equation is promised'
     elif not counted.any():
         why = 'there is no period in which the law was in charge'

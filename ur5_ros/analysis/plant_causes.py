@@ -66,7 +66,8 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     other, left = _best_arm(seen, arm, weight)
     if other and left < 0.1 and fit.left > SHARE_PLAIN and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2):
-        return [_arm_cause(other, arm, 1.0 - left)]
+        parts = _sentences(fit, arm) if set(fit.names) <= {'armature', 'gravity'} else []
+        return [_arm_cause(other, arm, 1.0 - left), *parts]
     return _sentences(fit, arm)
 
 

@@ -45,7 +45,7 @@ def timing_check(run: Run, marks: Marks) -> Check:
     """Return whether the stamps advance by one period each; with the latency where known."""
     period = 1e9 / run.control_rate
     steps = np.diff(run.stamp)
-    odd = np.abs(steps - period) > max(2.0, marks['period'] * period)
+    odd = np.abs(steps - period) > max(2.0, (marks['period'] if run.sim else run.jitter) * period)
     gaps, back = int(odd.sum()), int(run.counts.get('stamps_back', 0))
     details = {'period_s': run.h, 'gaps': gaps, 'stamps_back': back,
                'largest_step_s': float(steps.max(initial=0)) * 1e-9, **latency(run)}

@@ -45,12 +45,13 @@ def load_run(
     folder = Path(folder)
     sources, problems = open_sources(folder)
     problems += [problem for source in sources for problem in source.problems]
-    stated = _first(sources, 'joint_states', ('sim', '', 'control'))
+    stated = _first(sources, 'joint_states', ('sim', 'robot', '', 'control'))
     if stated is None:
         raise Refusal(f'{folder}: no joint states in it; nothing can be judged')
     states = stated.data['joint_states']
     sim = next((source.side for source in sources if source.node == 'sim'), None)
-    control = next((source.side for source in sources if source.node == 'control'), None)
+    control = next((source.side for source in sources if source.node in ('control', 'robot')),
+                   None)
     counts: dict[str, int] = {}
     rows = _unique(states, counts, 'states', problems)
     rows = _finite(states, rows, problems, stated.path)
@@ -70,7 +71,8 @@ def load_run(
         truth=_truth(sources, stamp), parts=_parts(sources, stamp),
         sim=_sim_side(sim, arm), control=_control_side(control, sim, arm, control_arm, kp, kd),
         events=tuple(event for source in sources for event in events_of(source)),
-        counts=counts, problems=tuple(problems), current=_current(sources, stamp))
+        counts=counts, problems=tuple(problems), current=_current(sources, stamp),
+        follows_reference=stated.effort == 'target torque' and star is not None)
 
 
 _FIELDS = ('position', 'velocity', 'effort')
@@ -155,7 +157,7 @@ def _aligned(stamp: np.ndarray, others: np.ndarray, values: np.ndarray) -> np.nd
 
 def _answers(sources, stamp, states, rows, counts) -> dict:
     """Return command, and wall-clock times of states and commands at the simulator."""
-    source = _first(sources, 'joint_command', ('control', 'sim', ''))
+    source = _first(sources, 'joint_command', ('control', 'sim', '', 'robot'))
     if source is None:
         return {}
     commands = source.data['joint_command']
@@ -167,7 +169,7 @@ def _answers(sources, stamp, states, rows, counts) -> dict:
         (~np.isin(commands.stamp[stamped], states.stamp)
          & (commands.stamp[stamped] <= stamp[-1])).sum())
     answer = {'command': _aligned(stamp, commands.stamp, commands.effort)}
-    heard = _first(sources, 'joint_command', ('sim', '', 'control'))
+    heard = _first(sources, 'joint_command', ('sim', 'robot', '', 'control'))
     if heard.has('joint_states'):
         commands, states = heard.data['joint_command'], heard.data['joint_states']
         # Of copies of a state the last one sent is the one that is answered.
@@ -182,7 +184,7 @@ def _answers(sources, stamp, states, rows, counts) -> dict:
 
 
 def _reference(sources: list[Source], stamp: np.ndarray) -> Reference | None:
-    source = _first(sources, 'reference', ('control', '', 'sim'))
+    source = _first(sources, 'reference', ('control', 'robot', '', 'sim'))
     if source is None:
         return None
     columns = source.data['reference']
@@ -192,7 +194,7 @@ def _reference(sources: list[Source], stamp: np.ndarray) -> Reference | None:
 
 
 def _truth(sources: list[Source], stamp: np.ndarray) -> States | None:
-    source = _first(sources, 'ground_truth', ('sim', '', 'control'))
+    source = _first(sources, 'ground_truth', ('sim', 'robot', '', 'control'))
     if source is None:
         return None
     columns = source.data['ground_truth']
@@ -200,7 +202,7 @@ def _truth(sources: list[Source], stamp: np.ndarray) -> States | None:
 
 
 def _parts(sources: list[Source], stamp: np.ndarray) -> dict[str, np.ndarray]:
-    source = _first(sources, 'torque_parts', ('control', '', 'sim'))
+    source = _first(sources, 'torque_parts', ('control', 'robot', '', 'sim'))
     if source is None:
         return {}
     columns = source.data['torque_parts']
@@ -209,7 +211,7 @@ def _parts(sources: list[Source], stamp: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _current(sources: list[Source], stamp: np.ndarray) -> np.ndarray | None:
-    source = _first(sources, 'motor_current', ('', 'sim', 'control'))
+    source = _first(sources, 'motor_current', ('robot', '', 'sim', 'control'))
     if source is None:
         return None
     columns = source.data['motor_current']
@@ -225,7 +227,7 @@ def _sim_side(side: Side | None, arm: str | None) -> Side | None:
 
 def _control_side(side, sim, arm, control_arm, kp, kd) -> Side | None:
     """Return what the controller's bag says, or what the user says instead."""
-    name = control_arm or (arm if side is None and sim is None else None)
+    name = control_arm or (arm if sim is None else None)
     if side is None and name is None:
         return None
     given = dict(side.parameters) if side else complete(CONTROL_PARAMETERS, {'arm': name})

@@ -121,6 +121,11 @@ class Run:
                         for truth, seen in zip(self.truth, self.states, strict=True)))
 
     @property
+    def jitter(self) -> float:
+        """Share of the period by which stamps may step differently: a robot's own clock does."""
+        return 1e-3 if self.sim is not None else 0.3
+
+    @property
     def noisy(self) -> bool:
         """Tell whether the states carry noise and the exact ones are not recorded."""
         if self.truth is not None or self.sim is None:
@@ -140,7 +145,7 @@ class Run:
 
         """
         period = 1e9 / self.control_rate
-        whole = np.abs(np.diff(self.stamp) - period) <= max(2.0, 1e-3 * period)
+        whole = np.abs(np.diff(self.stamp) - period) <= max(2.0, self.jitter * period)
         for event in self.events:
             if event.kind == 'reset':
                 row = np.searchsorted(self.stamp, event.stamp)

@@ -36,9 +36,11 @@ class Source:
 
     path: Path
     node: str
-    """``sim``, ``control`` or empty where the bag does not say."""
+    """``sim``, ``control``, ``robot`` or empty where the bag does not say."""
     run: str
     side: Side | None
+    effort: str
+    """What the effort is, where it is not the torque that acted."""
     data: dict[str, Columns | RawColumns]
     """By part of :data:`ROLES`; joint columns are in the order of JOINT_NAMES."""
     problems: tuple[str, ...]
@@ -116,7 +118,8 @@ def _read(bag: Bag) -> Source:
     if side is not None and not side.summary:
         problems.append(f'{bag.path}: the recording was not closed: the node was killed, or '
                         'still runs')
-    return Source(bag.path, node, run, side, data, tuple(problems))
+    return Source(bag.path, node, run, side, bag.description.get('effort', ''), data,
+                  tuple(problems))
 
 
 def _topics(bag: Bag) -> dict[str, str]:
@@ -181,7 +184,7 @@ def _side(bag: Bag) -> tuple[Side | None, str, str]:
     """Return what a bag says about its node, which node and which run it is."""
     said = bag.description
     node = said.get('node', '')
-    if node not in ('sim', 'control'):
+    if node not in ('sim', 'control', 'robot'):
         return None, '', said.get('run', '')
     given = _json(bag, 'parameters', {})
     known = SIM_PARAMETERS if node == 'sim' else CONTROL_PARAMETERS
@@ -193,6 +196,8 @@ def _side(bag: Bag) -> tuple[Side | None, str, str]:
     except Refusal as refusal:
         raise Refusal(f'{bag.path}: {refusal}') from None
     arm = parse_arm(said['arm'], f'{bag.path}: arm')
+    if node == 'robot':
+        parameters['mode'] = 'unknown'
     side = Side(said.get('arm_name', arm.name), arm, parameters, _json(bag, 'versions', {}),
                 bag.notes.get('summary', {}), fingerprint=_json(bag, 'fingerprint', {}))
     return side, node, said.get('run', '')
