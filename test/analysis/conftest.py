@@ -5,6 +5,9 @@ import pytest
 
 from ur5_ros.analysis.series import Run, Side, States
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
+from ur5_ros.loop.closed_loop import run_closed_loop
+from ur5_ros.loop.loop_run import as_run
+from ur5_ros.loop.plan import plan_run
 from ur5_ros.model.dynamics import forward_dynamics, inverse_dynamics
 from ur5_ros.signals import Reference, stamp_of_period
 
@@ -51,6 +54,36 @@ def make_run(seconds=4.0, rate=1000, substeps=1, sim_arm='ur5', control_arm='ur5
 
 
 @pytest.fixture(scope='session')
+def simulated():
+    """Return :func:`make_run`."""
+    return make_run
+
+
+@pytest.fixture(scope='session')
 def clean_run():
     """Return a run in which model and plant agree."""
     return make_run(seconds=9.0)
+
+
+@pytest.fixture(scope='session')
+def looped():
+    """Return a function that runs PyBullet against the law, kept by its arguments."""
+    known = {}
+
+    def run(experiment='multi_sine', arm='ur5_real', duration=3.0, sim=None, control=None, **more):
+        key = repr((experiment, arm, duration, sim, control, more))
+        if key not in known:
+            known[key] = as_run(run_closed_loop(plan_run(
+                experiment=experiment, arm=arm, duration=duration, sim=sim, control=control,
+                **more)))
+        return known[key]
+
+    return run
+
+
+@pytest.fixture(scope='session')
+def recorded(tmp_path_factory):
+    """Return the folder of a short run of the paper's experiment, both bags."""
+    folder = tmp_path_factory.mktemp('bags') / 'short'
+    run_closed_loop(plan_run(duration=1.5), folder)
+    return folder

@@ -243,7 +243,7 @@ def _least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray):
         weight = final
     blocks = ((left * weight).ravel()[:, None] * u).reshape(len(y), 6, -1).sum(axis=1)
     bread = vt.T / s
-    error = np.sqrt(np.sum((bread @ (blocks.T @ blocks)) * bread, axis=1)) / size
+    error = np.sqrt(((bread @ blocks.T)**2).sum(axis=1)) / size
     return value, error, float(s[0] / s[-1])
 
 

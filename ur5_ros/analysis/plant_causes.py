@@ -113,7 +113,7 @@ def _fit(units, names: tuple[str, ...], lacking, weight) -> Fit:
     # Sandwich over blocks: what is left in one block is not independent.
     blocks = (left[:, None] * u).reshape(len(lacking), 6, -1).sum(axis=1)
     bread = vt.T * inverse
-    error = np.sqrt(np.sum((bread @ (blocks.T @ blocks)) * bread, axis=1))
+    error = np.sqrt(((bread @ blocks.T)**2).sum(axis=1))
     return Fit(names, value / size, error / size, float(left @ left) / total)
 
 
