@@ -7,11 +7,10 @@ import numpy as np
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.bullet_arm import BulletArm
 from ur5_ros.sim.payload import loaded_arm
-from ur5_ros.sim.scheme import Effects, Joints, engine_torque
+from ur5_ros.sim.scheme import NOBODY, Effects, Joints, Scheme
 
 #: Beyond this a state is not believed: no arm moves so fast or turns so far [rad, rad/s].
 _RUNAWAY = 1e6
-_NOBODY = np.zeros(6, dtype=bool)
 
 
 class Mechanics:
@@ -63,7 +62,8 @@ class Mechanics:
     def act(self, effects: Effects) -> None:
         """Set what acts beside the bodies, gravity and the motors."""
         self.effects = effects
-        self._plain = effects.none
+        self._scheme = Scheme(effects, self.step_time)
+        self._plain = self._scheme.none
 
     def place(self, q: list[float], qd: list[float]) -> None:
         """Put the joints there."""
@@ -96,24 +96,26 @@ class Mechanics:
             If the state ran away; the arm then rests where it was before the step.
 
         """
-        before, held = self.joints, _NOBODY
-        if self._plain:
-            q, qd = self.bullet.advance(tau)
-            values = np.array(q + qd)
-            if hypot(*q) < self._near and hypot(*qd) < self._slow or self._within(values):
-                self.joints = Joints(q, qd)
-                return values, True, held
-        if not self._plain or self._beyond_a_stop(values):
-            if self._plain:  # PyBullet knows no stops: take the step back
-                self.bullet.place(*before)
-            torque, held = engine_torque(self.bullet, before, effort, self.effects, self.step_time)
-            q, qd = self.bullet.advance(torque)
-            values = np.array(q + qd)
+        before, held = self.joints, NOBODY
+        if not self._plain:
+            tau, held = self._scheme.engine_torque(self.bullet, before, effort)
+        values = self._move(tau)
+        q, qd = self.joints
+        if hypot(*q) < self._near and hypot(*qd) < self._slow or self._within(values):
+            return values, held is NOBODY, held
+        if self._plain and self._beyond_a_stop(values):  # PyBullet has none: step back, again
+            self.bullet.place(*before)
+            torque, held = self._scheme.engine_torque(self.bullet, before, effort)
+            values = self._move(torque)
         if not np.abs(values).max() < _RUNAWAY:  # NaN is not less either
             self.place(before.q, [0.0] * 6)
             raise FloatingPointError('the state of the arm ran away')
-        self.joints = Joints(q, qd)
         return values, False, held
+
+    def _move(self, tau: list[float]) -> np.ndarray:
+        q, qd = self.bullet.advance(tau)
+        self.joints = Joints(q, qd)
+        return np.array(q + qd)
 
     def _within(self, values: np.ndarray) -> bool:
         limits = self.arm.limits

@@ -8,10 +8,7 @@ import numpy as np
 from ur5_ros.errors import Refusal
 from ur5_ros.sim.fallback import fallback_torque
 from ur5_ros.sim.mechanics import Mechanics
-
-#: No joint is concerned.
-NOBODY = np.zeros(6, dtype=bool)
-NOBODY.flags.writeable = False
+from ur5_ros.sim.scheme import NOBODY
 
 
 class Motors:

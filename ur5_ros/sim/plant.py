@@ -13,7 +13,8 @@ from ur5_ros.sim.conditions import Conditions
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.limits import LimitWatch, check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
-from ur5_ros.sim.motors import NOBODY, Motors
+from ur5_ros.sim.motors import Motors
+from ur5_ros.sim.scheme import NOBODY
 from ur5_ros.sim.sensing import Sensor
 
 
@@ -140,7 +141,8 @@ class Plant:
         for _ in range(self._substeps):
             try:
                 values, ordinary, at_stop = mechanics.advance(effort, tau)
-            except FloatingPointError:
+            except (ArithmeticError, np.linalg.LinAlgError):
+                mechanics.place(mechanics.joints.q, [0.0] * 6)
                 values, ordinary, ran_away = mechanics.values(), False, True
                 break
             if at_stop is not held:

@@ -32,12 +32,6 @@ class Effects(NamedTuple):
     upper: np.ndarray
     """Stops [rad], shape (6,); infinite = none."""
 
-    @property
-    def none(self) -> bool:
-        """Tell whether PyBullet's own step under the motors' torque is the whole truth."""
-        return not (self.armature.any() or self.viscous.any() or self.coulomb.any()
-                    or self.wrench.any())
-
 
 class Joints(NamedTuple):
     """Joint state as PyBullet takes and gives it."""
@@ -46,43 +40,68 @@ class Joints(NamedTuple):
     qd: list[float]
 
 
-def engine_torque(arm: BulletArm, joints: Joints, tau: np.ndarray, effects: Effects,
-                  step_time: float) -> tuple[list[float], np.ndarray]:
+class Scheme:
     """
-    Return the torque that makes PyBullet's next step the step of the scheme.
+    The scheme of one set of effects, with what does not change from step to step worked out.
 
     Parameters
     ----------
-    arm : BulletArm
-        Where M, C qd + g and J come from.
-    joints : Joints
-        State before the step.
-    tau : numpy.ndarray, shape (6,)
-        Torque of the motors [N m].
     effects : Effects
-        What else acts.
+        What acts beside the bodies, gravity and the motors.
     step_time : float
         h [s].
 
-    Returns
-    -------
-    torque : list of float
-        M (qd' - qd) / h + C qd + g [N m].
-    stopped : numpy.ndarray, shape (6,), bool
-        The joints that a stop holds back in this step.
-
     """
-    q, qd = np.array(joints.q), np.array(joints.qd)
-    M = arm.mass_matrix(joints.q)
-    bias = arm.bias(joints.q, joints.qd)
-    A = M / step_time
-    A[np.diag_indices(6)] += effects.armature / step_time + effects.viscous
-    drive = tau - bias - effects.viscous * qd + tool_torque(arm, joints, effects)
-    delta, _ = resisted_change(A, drive, qd, effects.coulomb, (effects.lower - q) / step_time,
-                               (effects.upper - q) / step_time)
-    reached = q + step_time * (qd + delta)
-    stopped = (reached >= effects.upper - _TOUCH) | (reached <= effects.lower + _TOUCH)
-    return (M @ (delta / step_time) + bias).tolist(), stopped
+
+    def __init__(self, effects: Effects, step_time: float):
+        self._effects = effects
+        self._step_time = step_time
+        self._added = np.diag(effects.armature / step_time + effects.viscous)
+        self._dry = bool(effects.coulomb.any())
+        self._viscous = bool(effects.viscous.any())
+        self._pushed = bool(effects.wrench.any())
+        self.none = not (effects.armature.any() or self._dry or self._viscous or self._pushed)
+        """Whether PyBullet's own step under the motors' torque is the whole truth."""
+
+    def engine_torque(self, arm: BulletArm, joints: Joints,
+                      tau: np.ndarray) -> tuple[list[float], np.ndarray]:
+        """
+        Return the torque that makes PyBullet's next step the step of the scheme.
+
+        Parameters
+        ----------
+        arm : BulletArm
+            Where M, C qd + g and J come from.
+        joints : Joints
+            State before the step.
+        tau : numpy.ndarray, shape (6,)
+            Torque of the motors [N m].
+
+        Returns
+        -------
+        torque : list of float
+            M (qd' - qd) / h + C qd + g [N m].
+        held : numpy.ndarray, shape (6,), bool
+            The joints that a stop holds back in this step.
+
+        """
+        effects, h = self._effects, self._step_time
+        q, qd = np.array(joints.q), np.array(joints.qd)
+        M = arm.mass_matrix(joints.q)
+        bias = arm.bias(joints.q, joints.qd)
+        drive = tau - bias
+        if self._viscous:
+            drive = drive - effects.viscous * qd
+        if self._pushed:
+            drive = drive + tool_torque(arm, joints, effects)
+        A, held = M / h + self._added, NOBODY
+        delta = None if self._dry else np.linalg.solve(A, drive)
+        if delta is None or not _within(q + h * (qd + delta), effects):
+            delta, _ = resisted_change(A, drive, qd, effects.coulomb, (effects.lower - q) / h,
+                                       (effects.upper - q) / h)
+            reached = q + h * (qd + delta)
+            held = (reached >= effects.upper - _TOUCH) | (reached <= effects.lower + _TOUCH)
+        return (M @ (delta / h) + bias).tolist(), held if held.any() else NOBODY
 
 
 def tool_torque(arm: BulletArm, joints: Joints, effects: Effects) -> np.ndarray | float:
@@ -90,5 +109,12 @@ def tool_torque(arm: BulletArm, joints: Joints, effects: Effects) -> np.ndarray 
     return arm.jacobian(joints.q).T @ effects.wrench if effects.wrench.any() else 0.0
 
 
+def _within(q: np.ndarray, effects: Effects) -> bool:
+    return bool(((effects.lower < q) & (q < effects.upper)).all())
+
+
 #: A joint this near to a stop touches it [rad]; rounding is a thousand times smaller.
 _TOUCH = 1e-12
+#: No joint is concerned.
+NOBODY = np.zeros(6, dtype=bool)
+NOBODY.flags.writeable = False
