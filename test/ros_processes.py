@@ -185,9 +185,12 @@ class Observer:
                    f'a publisher of {topic}')
         return heard
 
-    def publisher(self, message_type: type, topic: str, subscribers: int = 1) -> Any:
+    def publisher(self, message_type: type, topic: str, subscribers: int = 1,
+                  kept: bool = False) -> Any:
         """Return a publisher that somebody already hears."""
-        publisher = self.node.create_publisher(message_type, topic, 10)
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE
+        publisher = self.node.create_publisher(
+            message_type, topic, QoSProfile(depth=10, durability=durability))
         wait_until(lambda: publisher.get_subscription_count() >= subscribers,
                    f'a subscriber of {topic}')
         return publisher
