@@ -1,0 +1,170 @@
+"""Clocks that jump, processors that are busy, errors in callbacks, long runs."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.parameter import Parameter
+from ros_processes import wait_until
+from sensor_msgs.msg import JointState
+
+from ur5_ros.bag.reader import open_bag
+
+#: Wraps a node: its wall clock is set an hour forth and two back while it runs.
+JUMPING_CLOCK = """
+import itertools, time
+count, real, real_ns = itertools.count(), time.time, time.time_ns
+def jump():
+    return {0: 0, 1: 3600, 2: -7200}[(next(count) // 50) % 3]
+time.time = lambda: real() + jump()
+time.time_ns = lambda: real_ns() + jump() * 10**9
+from ur5_ros.nodes.sim_node import main
+main(['sim_node', '--ros-args', '-p', 'stop_after:=0.5'])
+"""
+
+#: Wraps a node: changing the payload is an error in its code.
+BROKEN_CALLBACK = """
+from ur5_ros.sim.plant import Plant
+def change(self, name, value):
+    raise ZeroDivisionError('injected')
+Plant.change = change
+from ur5_ros.nodes.sim_node import main
+main(['sim_node'])
+"""
+
+
+def stamp(message) -> int:
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+@pytest.mark.fault(56)
+def test_a_wall_clock_that_is_set_leaves_stamps_and_log_times_in_order(ros):
+    sim = ros.run([sys.executable, '-c', JUMPING_CLOCK])
+    control = ros.start('control', bag='')
+    assert sim.ends() == 0, sim.text
+    assert control.stop() == 0
+    recorded = open_bag(ros.bag('sim')).joint_states('/joint_states')
+    assert np.array_equal(np.diff(recorded.stamp), np.full(499, 1_000_000))
+    assert (np.diff(recorded.log_time) >= 0).all()
+    assert np.ptp(recorded.log_time) < 60e9
+
+
+@pytest.mark.fault(55)
+def test_an_error_inside_a_callback_is_told_and_the_node_lives(ros):
+    sim = ros.run([sys.executable, '-c', BROKEN_CALLBACK])
+    control = ros.start('control', bag='')
+    watcher = ros.observer()
+    states = watcher.hear(JointState, '/joint_states')
+    wait_until(lambda: len(states) > 50, 'a run')
+    request = SetParametersAtomically.Request(
+        parameters=[Parameter('payload.mass', value=1.0).to_parameter_msg()])
+    result = watcher.call(SetParametersAtomically, '/ur5_sim/set_parameters_atomically', request)
+    assert not result.result.successful
+    began = stamp(states[-1])
+    wait_until(lambda: stamp(states[-1]) > began + 100_000_000, 'the loop to go on')
+    assert 'injected' in sim.text
+    assert sim.stop() == 0
+    assert control.stop() == 0
+
+
+@pytest.mark.fault(54)
+def test_beside_a_busy_process_the_run_has_the_same_bits(ros):
+    def hashes(name):
+        sim = ros.start('sim', stop_after=0.5, bag=str(ros.folder / name / 'sim'))
+        control = ros.start('control', bag='', experiment='joint_step', autostart=True)
+        assert sim.ends() == 0, sim.text
+        assert control.stop() == 0
+        return open_bag(ros.folder / name / 'sim').notes['summary']['hashes']
+
+    quiet = hashes('quiet')
+    burners = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(2)]
+    try:
+        loaded = hashes('loaded')
+    finally:
+        for burner in burners:
+            burner.kill()
+            burner.wait()
+    assert quiet == loaded
+
+
+@pytest.mark.fault(60)
+def test_the_first_answer_takes_no_longer_than_the_worst_of_the_others(ros):
+    sim = ros.start('sim', stop_after=1.0)
+    control = ros.start('control', experiment='joint_step', autostart=True)
+    assert sim.ends() == 0, sim.text
+    assert control.stop() == 0
+    bag = open_bag(ros.bag('control'))
+    states = bag.joint_states('/joint_states')
+    commands = bag.joint_states('/joint_command', names=None)
+    assert np.array_equal(states.stamp, commands.stamp)
+    delay = (commands.log_time - states.log_time) * 1e-9
+    assert delay[0] < max(0.1, 3.0 * delay[1:].max())  # compiled before the first state
+
+
+@pytest.mark.fault(84)
+@pytest.mark.parametrize('first', ['sim', 'control'])
+def test_nodes_find_each_other_whoever_waits_for_whom(ros, first):
+    second = {'sim': 'control', 'control': 'sim'}[first]
+    nodes = {first: ros.start(first, **({'stop_after': 0.2} if first == 'sim' else {}))}
+    wait_until(lambda: 'ur5_' in ' '.join(ros.observer().node.get_node_names()), 'the first node')
+    nodes[second] = ros.start(second, **({'stop_after': 0.2} if second == 'sim' else {}))
+    assert nodes['sim'].ends() == 0, nodes['sim'].text
+    assert nodes['control'].stop() == 0
+    assert len(open_bag(ros.bag('sim')).joint_states('/joint_states').stamp) == 200
+
+
+@pytest.mark.fault(59)
+def test_over_many_periods_memory_and_files_do_not_grow(ros, often, record_property):
+    periods = 20_000 * often
+    sim = ros.start('sim', stop_after=periods / 1000, max_bagfile_duration=2.0)
+    control = ros.start('control', max_bagfile_duration=2.0)
+    states = ros.observer().hear(JointState, '/joint_states', react=lambda _: None)
+    grown = 0.0
+    for process in (sim, control):
+        wait_until(lambda: len(states) > periods // 4, 'a quarter of the run', 600.0)
+        early = resident(process.pid), open_files(process.pid)
+        wait_until(lambda: len(states) > periods * 9 // 10, 'most of the run', 600.0)
+        if process.popen.poll() is None:
+            late = resident(process.pid), open_files(process.pid)
+            grown = max(grown, late[0] - early[0])
+            assert late[1] <= early[1] + 2
+        periods_seen = len(states)
+        assert periods_seen
+    assert sim.ends(600.0) == 0, sim.text
+    assert control.stop() == 0
+    record_property('growth of resident memory [MiB]', grown)
+    record_property('lockstep periods in one run', periods)
+    assert grown < 12.0
+    for node in ('sim', 'control'):
+        bag = open_bag(ros.bag(node))
+        assert bag.check() == []
+        assert len(bag.joint_states('/joint_states').stamp) == periods
+
+
+def resident(pid: int) -> float:
+    """Return the resident memory of a process [MiB]."""
+    pages = int(Path(f'/proc/{pid}/statm').read_text().split()[1])
+    return pages * os.sysconf('SC_PAGE_SIZE') / 2**20
+
+
+def open_files(pid: int) -> int:
+    """Return how many files a process has open."""
+    return len(list(Path(f'/proc/{pid}/fd').iterdir()))
+
+
+@pytest.mark.fault(35, 37)
+@pytest.mark.parametrize(('variables', 'word'), [
+    ({'ROS_DOMAIN_ID': 'abc'}, 'ROS_DOMAIN_ID'), ({'ROS_DOMAIN_ID': '233'}, 'ROS_DOMAIN_ID'),
+    ({'ROS_SECURITY_ENABLE': 'true'}, 'ROS_SECURITY'),
+    ({'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Permissive'}, 'ROS_SECURITY'),
+])
+def test_an_environment_that_would_deceive_is_refused(ros, variables, word):
+    sim = ros.start('sim', environment=variables)
+    assert sim.ends() == 2
+    assert word in sim.text
+    assert len(sim.text.strip().splitlines()) == 1, json.dumps(sim.text)
