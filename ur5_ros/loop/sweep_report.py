@@ -24,7 +24,7 @@ from ur5_ros.loop.sweep_summary import (
 from ur5_ros.loop.sweep_table import SweepFolder, input_keys
 
 #: Numbers that the maps show beside the success rate.
-_MAPPED = ('rms_error', 'max_torque')
+_MAPPED = ('final_error', 'max_torque')
 
 _TABLE = 'style="display:block;overflow-x:auto"'
 

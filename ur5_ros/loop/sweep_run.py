@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.result import Result
+from ur5_ros.analysis.result import FAIL, PASS, Result
 from ur5_ros.analysis.series import Run
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config.validation import load_marks
@@ -120,10 +120,14 @@ def _judged(spec: SweepSpec, run: Run) -> dict[str, Any]:
         return {'status': 'diverged', 'success': False,
                 'why': f'a joint is {metrics["max_error"]:.3g} rad from its reference',
                 **metrics, 'states': digest(run)}
-    result = validate(run, load_marks())
-    row = {'status': result.verdict, **metrics, 'states': digest(run), **_checks(result)}
-    missed = _missed(spec.success, row, result)
-    return {'success': not missed, 'why': '; '.join(missed), **row}
+    row: dict[str, Any] = {**metrics, 'states': digest(run)}
+    if spec.judge == 'checks':
+        result = validate(run, load_marks())
+        row |= _checks(result)
+        failed = [check.sentence for check in result.checks if check.verdict == FAIL]
+    missed = _missed(spec.success, row) if spec.success else failed
+    return {'status': FAIL if missed else PASS, 'success': not missed,
+            'why': '; '.join(missed), **row}
 
 
 def metrics_of(run: Run) -> dict[str, float]:
@@ -149,7 +153,7 @@ def digest(run: Run) -> str:
 
 
 def _checks(result: Result) -> dict[str, Any]:
-    row: dict[str, Any] = {}
+    row: dict[str, Any] = {'verdict': result.verdict}
     for check in result.checks:
         row[f'{check.name}: verdict'] = check.verdict
         row[f'{check.name}: value'] = check.value
@@ -157,10 +161,8 @@ def _checks(result: Result) -> dict[str, Any]:
     return row
 
 
-def _missed(success: Mapping[str, float], row: Mapping[str, Any], result: Result) -> list[str]:
-    """Return the conditions that the run misses; the validator's verdict if none are given."""
-    if not success:
-        return [check.sentence for check in result.checks if check.verdict == 'fail']
+def _missed(success: Mapping[str, float], row: Mapping[str, Any]) -> list[str]:
+    """Return the conditions that the run misses."""
     missed = []
     for name, limit in success.items():
         value = row.get(name, row.get(f'{name}: value'))

@@ -41,6 +41,7 @@ class SweepSpec(StrictModel):
     experiment: str = 'kebria_fig11'
     duration: Annotated[float | None, Field(gt=0.0, le=86400.0)] = None
     engine: Literal['loop', 'nodes'] = 'loop'
+    judge: Literal['checks', 'metrics'] = 'checks'
     keep: Literal['none', 'failures', 'all'] = 'none'
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     samples: Annotated[int, Field(ge=1, le=MOST_RUNS)] = 1
@@ -101,8 +102,8 @@ def expand(spec: SweepSpec) -> Iterator[RunSpec]:
     nothing else.
 
     """
-    grid = {key: _values(axis) for key, axis in spec.vary.items() if not _is_random(axis)}
-    drawn = {key: axis for key, axis in spec.vary.items() if _is_random(axis)}
+    grid = {key: _values(axis) for key, axis in spec.vary.items() if not is_random(axis)}
+    drawn = {key: axis for key, axis in spec.vary.items() if is_random(axis)}
     cases: list[Mapping[str, Any]] = list(spec.cases) or [{}]
     combinations = itertools.product(cases, *grid.values(), range(spec.samples))
     for index, (case, *point) in enumerate(combinations):
@@ -115,11 +116,12 @@ def expand(spec: SweepSpec) -> Iterator[RunSpec]:
 
 def number_of_runs(spec: SweepSpec) -> int:
     """Return how many runs :func:`expand` yields."""
-    sizes = [len(_values(axis)) for axis in spec.vary.values() if not _is_random(axis)]
+    sizes = [len(_values(axis)) for axis in spec.vary.values() if not is_random(axis)]
     return math.prod(sizes) * spec.samples * max(1, len(spec.cases))
 
 
-def _is_random(axis: list | Axis) -> bool:
+def is_random(axis: list | Axis) -> bool:
+    """Tell whether the values of a key are drawn, run by run."""
     return isinstance(axis, Axis) and axis.count is None
 
 
@@ -143,6 +145,9 @@ def _draw(axis: Axis, random: np.random.Generator) -> float | list[float]:
 
 
 def _check(spec: SweepSpec, source: str) -> None:
+    if spec.judge == 'metrics' and not spec.success:
+        raise Refusal(f'{source}: judge is metrics and success is empty; say what success is, '
+                      'such as max_error: 0.1')
     for key, axis in spec.vary.items():
         if isinstance(axis, list):
             if not axis:

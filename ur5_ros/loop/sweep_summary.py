@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import polars
 
-from ur5_ros.loop.sweep_spec import SweepSpec
+from ur5_ros.loop.sweep_spec import SweepSpec, is_random
 from ur5_ros.loop.sweep_table import input_keys
 
 #: Standard normal quantile of a two-sided 95 % interval.
@@ -73,8 +73,9 @@ def rates_by(table: polars.DataFrame, key: str) -> dict[Any, Rate]:
 
 def discrete_keys(table: polars.DataFrame, spec: SweepSpec) -> list[str]:
     """Return the keys with few enough values to be shown one by one."""
-    return [key for key in input_keys(spec)
-            if key in table.columns and table[key].n_unique() <= MOST_VALUES]
+    drawn = {key for key, axis in spec.vary.items() if is_random(axis)}
+    return [key for key in input_keys(spec) if key not in drawn
+            and key in table.columns and table[key].n_unique() <= MOST_VALUES]
 
 
 def heat_maps(table: polars.DataFrame, spec: SweepSpec, numbers: list[str]) -> list[HeatMap]:

@@ -13,7 +13,7 @@ from ur5_ros.loop.sweep_spec import SweepSpec, parse_sweep
 
 TABLE = 'table.parquet'
 _SPEC = 'sweep.json'
-_LEADING = ('status', 'success', 'why', *METRICS, 'states', 'causes')
+_LEADING = ('status', 'success', 'why', *METRICS, 'states', 'verdict', 'causes')
 
 
 class SweepFolder:
