@@ -13,6 +13,7 @@ from ur5_ros.model.inverse_kinematics import (
     nearest_solution,
 )
 from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.model.turns import turns_within_limits
 
 TURN = 2.0 * np.pi
 
@@ -266,3 +267,19 @@ def test_one_pose_is_asked_for_where_one_is_answered():
         inverse_kinematics(poses, arm)
     np.testing.assert_array_equal(inverse_kinematics(poses[0].tolist(), arm).q,
                                   inverse_kinematics(poses[0], arm).q)
+
+
+def test_all_turns_within_the_limits_reach_the_same_pose():
+    arm = load_arm('ur5')
+    q = np.array([0.3, -1.2, 1.4, -0.9, 0.5, 0.7])
+    turned = turns_within_limits(q, arm)
+    assert len(np.unique(np.round(turned, 6), axis=0)) == 64
+    assert np.all(np.abs(turned) <= TURN)
+    np.testing.assert_allclose(forward_kinematics(turned, arm),
+                               np.broadcast_to(forward_kinematics(q, arm), (64, 4, 4)), atol=1e-13)
+    limits = replace(arm.limits, lower=np.full(6, -np.pi), upper=np.full(6, np.pi))
+    np.testing.assert_array_equal(turns_within_limits(q, arm, limits), [q])
+    limits = replace(arm.limits, upper=np.full(6, -TURN + 0.1))
+    assert turns_within_limits(q, arm, limits).shape == (0, 6)
+    unlimited = load_arm('ur3e')
+    assert len(turns_within_limits(q, unlimited)) == 32

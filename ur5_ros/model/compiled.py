@@ -126,7 +126,7 @@ def kernel(*argument_types: types.Type) -> Callable[[Callable[..., int]], Kernel
 
 class _SourceCache(FunctionCache):
     """
-    Numba's cache on disk, also keyed by the text of the whole model.
+    Numba's cache on disk, also keyed by the text of all files of the model that are compiled.
 
     Numba looks at the file of the kernel alone, not at the files of the functions it calls.
     """
@@ -151,7 +151,10 @@ def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Calla
 def _sources() -> str:
     digest = sha256()
     for path in sorted(Path(__file__).parent.glob('*.py')):
-        digest.update(path.read_bytes())
+        text = path.read_bytes()
+        if path.name in ('compiled.py', 'lumped.py') or b'\n@inlined' in text or (
+                b'\n@kernel' in text):
+            digest.update(text)
     return digest.hexdigest()
 
 

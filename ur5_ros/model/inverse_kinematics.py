@@ -18,6 +18,7 @@ from ur5_ros.model.arguments import finite_array
 from ur5_ros.model.kinematics import singularity_factors
 from ur5_ros.model.parameters import ArmParameters, Limits
 from ur5_ros.model.poses import check_pose, single_pose, unreachable
+from ur5_ros.model.turns import TURN, limits_of_model, turns_allowed
 
 _tuple = tuple.__new__  # a third of the time of the named tuple's own constructor
 _NO_MASK = empty(0, dtype=bool)
@@ -179,19 +180,16 @@ def nearest_solution(
 
     """
     q_near = finite_array('q_near', q_near, (6,))
-    limits = arm.limits if limits is None else limits
-    lower, upper = limits.lower + arm.angle_offset, limits.upper + arm.angle_offset
+    lower, upper = limits_of_model(arm, limits)
     solutions = inverse_kinematics(T, arm, q_near=q_near)
     if solutions.reason:
         raise Refusal(f'T: {solutions.reason}')
-    turn = 2.0 * np.pi
     q = solutions.q
-    least = np.ceil((lower - 1e-9 - q) / turn)
-    most = np.floor((upper + 1e-9 - q) / turn)
-    q = q + turn * np.clip(np.round((q_near - q) / turn), least, most)
+    least, most = turns_allowed(q, lower, upper)
+    q = q + TURN * np.clip(np.round((q_near - q) / TURN), least, most)
     allowed = np.all(least <= most, axis=-1)
     if not np.any(allowed):
-        raise Refusal(_excluded(solutions.q, least > most, limits, arm))
+        raise Refusal(_excluded(solutions.q, least > most, limits or arm.limits, arm))
     distance = np.where(allowed, np.sum((q - q_near) ** 2, axis=-1), np.inf)
     return np.clip(q[np.argmin(distance)], lower, upper)
 

@@ -8,6 +8,7 @@ from ur5_ros.model.arguments import finite_array
 from ur5_ros.model.inverse_kinematics import nearest_solution
 from ur5_ros.model.parameters import ArmParameters, Limits
 from ur5_ros.model.poses import check_pose, unreachable
+from ur5_ros.model.turns import limits_of_model
 
 
 def follow_path(
@@ -53,7 +54,7 @@ def follow_path(
     if not max_step > 0.0:
         raise Refusal(f'max_step is {max_step} rad; give more than zero')
     limits = arm.limits if limits is None else limits
-    lower, upper = limits.lower + arm.angle_offset, limits.upper + arm.angle_offset
+    lower, upper = limits_of_model(arm, limits)
     first = nearest_solution(poses[0], q_start, arm, limits)
     rows = np.empty((len(poses), 7))
     path_kernel.follow.prepare()
