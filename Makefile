@@ -14,8 +14,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
 INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation
 PYTEST := $(BIN)/python -m pytest
 ARGS ?=
-# side_by_side is their common part, ping_pong the reference that they start themselves
-BENCHMARKS := $(filter-out %/side_by_side.py %/ping_pong.py %/soak.py,$(wildcard benchmarks/*.py))
+
+BENCHMARKS := $(wildcard benchmarks/bench_*.py)
 
 .PHONY: help setup setup-all demo test lint types bench faults soak test-browser docs lock clean
 
@@ -72,7 +72,7 @@ soak: setup-all  ## an hour under watch: memory, lateness, bags (ARGS="--minutes
 	$(BIN)/python benchmarks/soak.py $(ARGS)
 
 docs: setup-all  ## the documents as a site in site/
-	$(BIN)/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 lock: setup-all  ## write requirements/*.txt anew
 	$(BIN)/python requirements/lock.py
