@@ -36,7 +36,7 @@ def scan(path: Path, size: int, report: Callable[[str], None]) -> Iterator[tuple
                     window, begin = window[begin:] + file.read(WINDOW), 0
                 left = size - at - FRAME.size
                 opcode, length = FRAME.unpack_from(window, begin) if left >= 0 else (0, 1)
-                if length > left:
+                if length > left or (opcode == Opcode.DATA_END and length != 4):
                     report(f'{path}: is cut off or damaged in the record at byte {at}; '
                            'the rest was left out')
                     return

@@ -184,18 +184,18 @@ class McapSource:
     def _contents(self) -> Iterator[bytes]:
         """Yield rows of whole message and definition records: chunks, and what stands outside."""
         loose = bytearray()
-        intact = self._is_intact()
+        intact, chunked, stray = self._is_intact(), False, False
         allowed = ALLOWANCE + MAX_RATIO * self.size
         for opcode, record in self._records():
-            if opcode == Opcode.MESSAGE:
+            if opcode == Opcode.MESSAGE and chunked:
+                stray = True
+            elif opcode == Opcode.MESSAGE:
                 loose += record
                 if len(loose) > BATCH_SIZE:
                     yield bytes(loose)
                     loose = bytearray()
             elif opcode == Opcode.CHUNK:
-                if loose:
-                    yield bytes(loose)
-                    loose = bytearray()
+                chunked, stray, loose = True, stray or bool(loose), bytearray()
                 try:
                     content = open_chunk(record[FRAME.size:], str(self.path),
                                          min(allowed, MAX_RECORD), check=not intact)
@@ -208,6 +208,8 @@ class McapSource:
                 self._other(opcode, bytes(record[FRAME.size:]))
         if loose:
             yield bytes(loose)
+        if stray:  # writers use chunks or do not: these are records whose kind was damaged
+            self.report(f'{self.path}: messages outside of the chunks were left out')
 
     def _define(self, opcode: int, content: bytes) -> None:
         try:
