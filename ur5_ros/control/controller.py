@@ -224,6 +224,11 @@ class Controller:
         """Stamp of the state answered last [ns]; 0 before the first."""
         return 0 if self._answer is None else self._answer.stamp
 
+    @property
+    def last(self) -> tuple[ArmState | None, Answer | None]:
+        """The last state believed and the answer given last; None before the first."""
+        return self._gate.last, self._answer
+
     def _ask(self, what: str, planner: Callable[..., plans.Plan], *wish: Any) -> None:
         try:
             if self._answer is None:

@@ -6,19 +6,21 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ur5_ros.config import CONTROL_PARAMETERS
+from ur5_ros.nodes.follow_joint_trajectory import offer_action
 from ur5_ros.nodes.parameters import serve
 from ur5_ros.nodes.serving import add_service
+from ur5_ros.nodes.trajectory_action import offer_trajectory_action
 
 
 def offer_services(node: Node, control: Any) -> None:
     """
-    Offer ``~/start_experiment``, ``~/hold`` and the parameters.
+    Offer ``~/start_experiment``, ``~/hold``, the parameters and, if it can be, the action.
 
     Parameters
     ----------
     node : rclpy.node.Node
         The node.
-    control : ControlNode
+    control : Steering
         Whose loop does what is asked.
 
     """
@@ -33,5 +35,7 @@ def offer_services(node: Node, control: Any) -> None:
 
     add_service(node, Trigger, '~/start_experiment', start)
     add_service(node, Trigger, '~/hold', hold)
+    offer_action(node, control)
     serve(node, CONTROL_PARAMETERS,
           lambda changes: control.requests.call(lambda: control.change(changes)))
+    control.trajectories = offer_trajectory_action(node, control)
