@@ -1,14 +1,19 @@
 """Every command on a real run: what it prints, what it writes, how it exits."""
 
+import gzip
 import json
 import shutil
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
+from ur5_ros.analysis.run import load_run
 from ur5_ros.bag.reader import open_bag
+from ur5_ros.config import load_arm
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.plan import plan_run
+from ur5_ros.model.dynamics import inverse_dynamics
 
 
 @pytest.fixture
@@ -95,3 +100,52 @@ def test_urdf_is_the_same_that_the_simulator_publishes(ur5, short_run):
 def test_render_draws_a_picture(ur5, short_run, tmp_path):
     assert ur5('render', short_run, '-o', 'run.png').code == 0
     assert (tmp_path / 'run.png').read_bytes().startswith(b'\x89PNG')
+
+
+@pytest.fixture
+def log(short_run, tmp_path):
+    """The run as a robot's own log would have it, at 125 Hz."""
+    run, arm = load_run(short_run), load_arm('ur5')
+    target = inverse_dynamics(*run.reference, arm)
+    columns = {'t': run.t[:, None], 'q_target': run.reference.q, 'qd_target': run.reference.qd,
+               'qdd_target': run.reference.qdd, 'm_target': target,
+               'q_actual': run.states.q, 'qd_actual': run.states.qd}
+    names = [name if name == 't' else f'{name}_{joint}'
+             for name, values in columns.items() for joint in range(1, values.shape[1] + 1)]
+    file = tmp_path / 'log.csv.gz'
+    with gzip.open(file, 'wt') as text:
+        np.savetxt(text, np.hstack(list(columns.values()))[::8], delimiter=',', fmt='%.17g',
+                   header=','.join(names), comments='')
+    return file
+
+
+def test_import_makes_a_bag_that_validate_judges(ur5, log, tmp_path):
+    made = ur5('import', log, '--out', 'robot', '--arm', 'ur5')
+    assert made.code == 0 and 'written: robot' in made.out, made
+    judged = ur5('validate', 'robot', '--json', 'robot.json')
+    assert judged.code in (0, 1), judged
+    checks = {check['name']: check['verdict']
+              for check in json.loads((tmp_path / 'robot.json').read_text())['checks']}
+    assert checks['inverse dynamics'] == 'pass' and checks['timing'] == 'pass', judged.out
+    again = ur5('import', log, '--out', 'robot')
+    assert again.code == 2 and 'robot' in again.err
+
+
+def test_import_refuses_what_is_no_log(ur5, tmp_path):
+    (tmp_path / 'notes.csv').write_text('t,mood\n0.0,good\n')
+    refused = ur5('import', 'notes.csv', '--out', 'robot')
+    assert refused.code == 2 and 'notes.csv' in refused.err
+    assert not (tmp_path / 'robot').exists()
+
+
+def test_identify_finds_the_arm_and_writes_a_file_that_validate_takes(ur5, tmp_path):
+    for name, experiment in (('exciting', 'exciting'), ('other', 'multi_sine')):
+        run_closed_loop(plan_run(experiment, duration=15.0), tmp_path / name)
+    found = ur5('identify', 'exciting', '--test', 'other', '-o', 'found.yaml', '--json', 'f.json')
+    assert found.code == 0, found
+    result = json.loads((tmp_path / 'f.json').read_text())
+    assert max(result['test']['error_rms']) < 1e-6
+    judged = ur5('urdf', '--arm', 'found.yaml')
+    assert judged.code == 0 and '<robot' in judged.out
+    again = ur5('identify', 'exciting', '-o', 'found.yaml')
+    assert again.code == 2 and 'found.yaml' in again.err

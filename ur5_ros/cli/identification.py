@@ -1,0 +1,55 @@
+"""The command ``ur5 identify``: inertia and friction of a recorded arm."""
+
+import json as json_format
+from pathlib import Path
+
+from rich.table import Table
+from rich.text import Text
+
+from ur5_ros.analysis.arm_file import write_arm
+from ur5_ros.analysis.identification import Identified
+from ur5_ros.analysis.identification import identify as fit
+from ur5_ros.analysis.run import load_run
+from ur5_ros.cli import terminal
+from ur5_ros.cli.exit_codes import YES
+from ur5_ros.config import load_arm
+from ur5_ros.errors import Refusal
+from ur5_ros.signals import JOINT_NAMES
+
+
+def identify(runs: list[Path], out: Path | None, test: Path | None, arm: str | None,
+             json: Path | None) -> int:
+    """Fit the parameters of an arm; see ``ur5 identify --help``."""
+    if out is not None and out.exists():
+        raise Refusal(f'{out} exists; give another file, or remove it')
+    start = load_arm(arm) if arm is not None else None
+    tried = load_run(test) if test is not None else None
+    found = fit([load_run(run) for run in runs], start, tried,
+                name=out.stem if out is not None else 'identified')
+    _show(found)
+    if out is not None:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        write_arm(found, out)
+        print(f'written: {out}')
+    if json is not None:
+        json.write_text(json_format.dumps(found.to_plain(), indent=2) + '\n', encoding='utf-8')
+        print(f'written: {json}')
+    return YES
+
+
+def _show(found: Identified) -> None:
+    screen = terminal.console()
+    base = Table('base parameter', 'value', 'standard error', box=None, pad_edge=False,
+                 header_style='bold')
+    for name, (value, error) in found.base.items():
+        base.add_row(Text(name), f'{value:.6g}', f'{error:.2g}')
+    screen.print(base)
+    joints = Table('joint', 'viscous', '+-', 'Coulomb', '+-', 'torque RMS', 'error RMS',
+                   'error max', box=None, pad_edge=False, header_style='bold')
+    for i, name in enumerate(JOINT_NAMES):
+        joints.add_row(name, *(f'{column[i]:.4g}' for column in (
+            found.viscous, found.viscous_error, found.coulomb, found.coulomb_error,
+            found.torque_rms, found.test_rms, found.test_max)))
+    screen.print(joints)
+    for sentence in found.sentences():
+        screen.print(Text(sentence), soft_wrap=True)
