@@ -80,7 +80,7 @@ def loss_of(run, first, last):
     bag = open_bag(run / 'sim')
     periods, stamp = [], [first]
     if bag.topics:
-        states = bag.joint_states('/joint_states')
+        states = bag.joint_states('/joint_states', list('abcdef'))
         periods, stamp = states.position[:, 0].tolist(), states.stamp.tolist() or stamp
     assert not bag.complete
     # what is there is all that there was up to that instant
@@ -203,11 +203,16 @@ def test_a_single_file_and_a_bag_of_somebody_else_are_mended_too(recorded, tmp_p
 
 
 @pytest.mark.fault(70, 80)
-def test_a_damaged_chunk_in_the_middle_costs_that_chunk_alone(record, tmp_path):
+@pytest.mark.parametrize('place', ['content', 'kind', 'length', 'small length'])
+def test_a_damaged_chunk_in_the_middle_costs_that_chunk_alone(record, tmp_path, place):
     folder = record(tmp_path / 'bag', periods=1000).folder
     file = folder / 'bag_0.mcap'
     data = bytearray(file.read_bytes())
-    data[len(data) // 2] ^= 1
+    with open(file, 'rb') as stream:
+        chunk = make_reader(stream).get_summary().chunk_indexes[1].chunk_start_offset
+    at, bit = {'content': (3000, 1), 'kind': (0, 1), 'length': (5, 1),
+               'small length': (1, 4)}[place]
+    data[chunk + at] ^= bit
     file.write_bytes(data)
     bag = open_bag(folder)
     states = bag.joint_states('/joint_states')

@@ -57,6 +57,34 @@ def scan(path: Path, size: int, report: Callable[[str], None]) -> Iterator[tuple
         report(f'{path}: cannot be read on: {error}')
 
 
+def read_chunks(path: Path, chunks: list[tuple[int, int]],
+                report: Callable[[str], None]) -> Iterator[tuple[int, memoryview]]:
+    """
+    Yield (opcode, whole record) of chunks whose places are known from an index.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    chunks : list of (int, int)
+        Offset and length of each record [bytes].
+    report : callable
+        Takes a sentence about each that is not there.
+
+    """
+    try:
+        with open(path, 'rb') as file:
+            for offset, length in chunks:
+                file.seek(offset)
+                record = file.read(min(length, MAX_RECORD + 100))
+                if record[:FRAME.size] != FRAME.pack(Opcode.CHUNK, length - FRAME.size):
+                    report(f'{path}: the chunk at byte {offset} is damaged; it was left out')
+                else:
+                    yield Opcode.CHUNK, memoryview(record)
+    except (OSError, StructError) as error:
+        report(f'{path}: cannot be read on: {error}')
+
+
 def data_crc(path: Path, end: int) -> tuple[int, int] | None:
     """
     Return the CRC that a file states for its data section and the one that it has.

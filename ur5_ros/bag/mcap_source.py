@@ -9,8 +9,8 @@ from mcap.records import Header, Metadata
 
 from ur5_ros.bag.chunk import open_chunk
 from ur5_ros.bag.definitions import FileDefinitions, TopicInfo
+from ur5_ros.bag.mcap_data import data_records, proof_of_data
 from ur5_ros.bag.mcap_records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
-from ur5_ros.bag.mcap_scan import data_crc, scan
 from ur5_ros.bag.mcap_summary import Summary, read_summary
 from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.walk import Walk, walk
@@ -184,9 +184,11 @@ class McapSource:
     def _contents(self) -> Iterator[bytes]:
         """Yield rows of whole message and definition records: chunks, and what stands outside."""
         loose = bytearray()
-        intact, chunked, stray = self._is_intact(), False, False
+        chunked = stray = False
+        proof = proof_of_data(self.path, self.summary, self.report)
         allowed = ALLOWANCE + MAX_RATIO * self.size
-        for opcode, record in self._records():
+        for opcode, record in data_records(
+                self.path, self.size, self.summary, proof is False, self.report):
             if opcode == Opcode.MESSAGE and chunked:
                 stray = True
             elif opcode == Opcode.MESSAGE:
@@ -198,7 +200,7 @@ class McapSource:
                 chunked, stray, loose = True, stray or bool(loose), bytearray()
                 try:
                     content = open_chunk(record[FRAME.size:], str(self.path),
-                                         min(allowed, MAX_RECORD), check=not intact)
+                                         min(allowed, MAX_RECORD), check=proof is not True)
                 except BagProblem as problem:
                     self.report(f'{problem}; it was left out')
                     continue
@@ -238,30 +240,3 @@ class McapSource:
                 raise BagProblem(f'{source}: a record of kind {opcode:#04x} among the data')
         except BagProblem as problem:
             self.report(str(problem))
-
-    def _records(self) -> Iterator[tuple[int, memoryview]]:
-        """Yield (opcode, whole record) of the data; report an end where the summary is not."""
-        at = len(MAGIC)
-        for opcode, record in scan(self.path, self.size, self.report):
-            at += len(record)
-            if opcode != Opcode.DATA_END:
-                yield opcode, record
-            elif self.summary is not None and at != self.summary.start:
-                self.report(f'{self.path}: its data do not end where its summary starts')
-
-    def _is_intact(self) -> bool:
-        """Return whether a CRC over all data proves them; report one that does not."""
-        if self.summary is None:
-            return False
-        try:
-            crc = data_crc(self.path, self.summary.start)
-        except OSError as error:
-            self.report(f'{self.path}: cannot be read: {error.strerror}')
-            return False
-        if crc is None:
-            self.report(f'{self.path}: its data do not end where its summary starts')
-            return False
-        stated, found = crc
-        if stated not in (0, found):
-            self.report(f'{self.path}: was changed after it was written (CRC of the data)')
-        return stated == found != 0

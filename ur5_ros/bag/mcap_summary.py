@@ -4,7 +4,7 @@ import zlib
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from mcap.records import Footer, Metadata, MetadataIndex, Statistics
+from mcap.records import ChunkIndex, Footer, Metadata, MetadataIndex, Statistics
 
 from ur5_ros.bag.definitions import FileDefinitions
 from ur5_ros.bag.mcap_records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
@@ -22,6 +22,26 @@ class Summary(NamedTuple):
     statistics: Statistics | None
     metadata: list[tuple[str, dict[str, str]]]
     """Metadata records: (name, content)."""
+    indexes: list[bytes]
+    """Chunk index records, unread: only a damaged file needs them."""
+
+    def chunks(self, path: Path) -> list[tuple[int, int]]:
+        """
+        Return where each chunk stands: (offset, length) of the record, none over another.
+
+        Raises
+        ------
+        BagProblem
+            If an index record is damaged.
+
+        """
+        found, end = [], len(MAGIC)
+        for content in self.indexes:
+            index = parse_record(ChunkIndex, content, str(path))
+            if end <= index.chunk_start_offset <= self.start - index.chunk_length:
+                found.append((index.chunk_start_offset, index.chunk_length))
+                end = index.chunk_start_offset + index.chunk_length
+        return found
 
 
 def read_summary(file: BinaryIO, path: Path, size: int,
@@ -55,7 +75,7 @@ def read_summary(file: BinaryIO, path: Path, size: int,
     footer = parse_record(Footer, tail[FRAME.size:-len(MAGIC)], str(path))
     start, end = footer.summary_start, size - _TAIL
     if start == 0:  # closed by a writer that keeps no summary
-        return Summary(end, None, [])
+        return Summary(end, None, [], [])
     if not len(MAGIC) < start <= end or end - start > MAX_RECORD:
         raise BagProblem(f'{path}: its summary is damaged')
     file.seek(start)
@@ -64,7 +84,7 @@ def read_summary(file: BinaryIO, path: Path, size: int,
     if footer.summary_crc not in (0, crc):
         raise BagProblem(f'{path}: its summary is damaged (CRC)')
 
-    statistics, indexes = None, []
+    statistics, indexes, chunks = None, [], []
     for opcode, content in _records(summary, path):
         if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             definitions.add(opcode, content)
@@ -72,7 +92,10 @@ def read_summary(file: BinaryIO, path: Path, size: int,
             statistics = parse_record(Statistics, content, str(path))
         elif opcode == Opcode.METADATA_INDEX:
             indexes.append(parse_record(MetadataIndex, content, str(path)))
-    return Summary(start, statistics, [_metadata(file, path, index, start) for index in indexes])
+        elif opcode == Opcode.CHUNK_INDEX:
+            chunks.append(content)
+    metadata = [_metadata(file, path, index, start) for index in indexes]
+    return Summary(start, statistics, metadata, chunks)
 
 
 def _records(data: bytes, path: Path) -> list[tuple[int, bytes]]:
