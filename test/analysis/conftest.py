@@ -5,11 +5,13 @@ import pytest
 
 from ur5_ros.analysis.series import Run, Side, States
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
+from ur5_ros.control.controller import Controller
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.plan import plan_run
 from ur5_ros.model.dynamics import forward_dynamics, inverse_dynamics
 from ur5_ros.signals import Reference, stamp_of_period
+from ur5_ros.sim.plant import Plant
 
 HOME = np.radians([20.0, -75.0, 90.0, -105.0, -80.0, 15.0])
 START_ERROR = np.array([0.10, -0.08, 0.06, 0.10, -0.10, 0.15])
@@ -77,6 +79,33 @@ def looped():
                 experiment=experiment, arm=arm, duration=duration, sim=sim, control=control,
                 **more)))
         return known[key]
+
+    return run
+
+
+@pytest.fixture(scope='session')
+def swapped():
+    """Return a function that runs the loop with the torques handed over in another order."""
+    def run(order):
+        plan = plan_run(experiment='multi_sine', arm='ur5_real', duration=0.4)
+        plant, law = Plant(load_arm('ur5_real'), plan.sim), Controller(plan.control, 1000)
+        states, answers = [], []
+        state = plant.state
+        try:
+            for _ in range(plan.periods):
+                states.append(state)
+                answers.append(law.update(state))
+                state = plant.step(answers[-1].torque.total[order])
+        finally:
+            plant.close()
+        stack = [np.array([getattr(each, part) for each in states])
+                 for part in ('q', 'qd', 'effort')]
+        star = Reference(*(np.array([answer.reference[i] for answer in answers])
+                           for i in range(3)))
+        return Run('swapped', np.array([each.stamp for each in states]), States(*stack), 1000.0,
+                   1000.0, None, np.array([answer.torque.total for answer in answers]), star, {},
+                   Side('ur5_real', load_arm('ur5_real'), plan.sim),
+                   Side('ur5_real', law.arm, plan.control))
 
     return run
 

@@ -31,5 +31,9 @@ def causes(run: Run, checks: Sequence[Check]) -> list[dict[str, Any]]:
     if failed.intersection(_PATH):
         found += path_causes(run)
     if failed.intersection(_PLANT) and side is not None:
-        found += plant_causes(run, side.arm)
+        plant = plant_causes(run, side.arm)
+        if any(cause['kind'] == 'state delay' for cause in found):
+            # Late states begin with copies of the first one, which no cause in the plant makes.
+            plant = [cause for cause in plant if cause['kind'] != 'unexplained']
+        found += plant
     return found

@@ -45,18 +45,19 @@ def energy_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     moved = float(np.nansum(np.abs(work)))
     surplus = np.where(np.isfinite(work), np.diff(stored) - work, 0.0)
     total = np.cumsum(surplus)
-    scale = max(moved, float(np.ptp(stored)), 1e-12)
+    limit = marks['energy'] * max(moved, float(np.ptp(stored))) + run.h * float(
+        np.nanmax(np.abs(np.einsum('ni,ni->n', effort, qd))))
     worst = float(np.abs(total).max())
     gained = float(max(total.max(), 0.0))
     row = int(np.argmax(np.abs(total)))
     words = f'{moved:.4g} J moved back and forth'
     return [
-        judge('energy balance', worst / scale, marks['energy'], '1',
+        judge('energy balance', worst, limit, 'J',
               f'energy gained and work done differ by at most {worst:.3g} J at '
-              f'{run.t[row]:.4g} s; {words}', surplus_J=worst, moved_J=moved),
-        judge('passivity', gained / scale, marks['energy'], '1',
+              f'{run.t[row]:.4g} s; {words}', moved_J=moved),
+        judge('passivity', gained, limit, 'J',
               f'the arm never holds more than {gained:.3g} J beyond what was put in; {words}',
-              surplus_J=gained, moved_J=moved),
+              moved_J=moved),
     ], {'surplus': total}
 
 

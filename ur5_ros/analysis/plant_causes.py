@@ -16,6 +16,9 @@ from ur5_ros.signals import JOINT_NAMES
 #: step is not that of the recording, or there is noise.
 SHARE_PLAIN, SHARE_ROUGH = 1e-6, 1e-3
 
+#: What a true cause leaves at most where nothing but rounding is in the way.
+ROUNDING = 1e-12
+
 #: Times the noise that a cause must stand out.
 CERTAIN = 40.0
 
@@ -64,7 +67,7 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     weight = np.where(known.any(axis=0), weight, 0.0)
     fit = _choose(units, lacking, weight, SHARE_PLAIN if seen.plain else SHARE_ROUGH)
     other, left = _best_arm(seen, arm, weight)
-    if other and left < 0.1 and fit.left > SHARE_PLAIN and (
+    if other and left < 0.1 and fit.left > ROUNDING and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2):
         parts = _sentences(fit, arm) if set(fit.names) <= {'armature', 'gravity'} else []
         return [_arm_cause(other, arm, 1.0 - left), *parts]
