@@ -64,9 +64,14 @@ def _show(judgements: list[Judgement]) -> None:
         good = judgement.verdict == PASS
         out.print(Text.assemble(f'{judgement.folder}: ',
                                 (judgement.verdict, 'green' if good else 'bold red'),
-                                '' if good else f'  {judgement.why}'), soft_wrap=True)
+                                '' if good else f'  {_first(judgement.why)}'), soft_wrap=True)
     passed = sum(judgement.verdict == PASS for judgement in judgements)
     out.print(f'{passed} of {len(judgements)} runs passed')
+
+
+def _first(why: str) -> str:
+    sentences = why.split('; ')
+    return sentences[0] + (f'; {len(sentences) - 1} more' if len(sentences) > 1 else '')
 
 
 def _write_junit(judgements: list[Judgement], path: Path) -> None:

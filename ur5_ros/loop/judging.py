@@ -1,6 +1,8 @@
 """Many run folders judged, each on its own."""
 
+import json
 from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,6 +14,9 @@ from ur5_ros.errors import Refusal
 
 #: Verdict of a folder that cannot be read.
 UNREADABLE = 'unreadable'
+
+#: From this many folders on it pays to start workers.
+WORTH_SHARING = 16
 
 
 class Judgement(NamedTuple):
@@ -44,10 +49,38 @@ def judge_folder(folder: str, given: Mapping[str, Any]) -> Judgement:
     except Refusal as refusal:
         return Judgement(folder, Path(folder).name, UNREADABLE, str(refusal), {})
     why = '; '.join(check.sentence for check in result.checks if check.verdict == FAIL)
-    return Judgement(folder, result.run, result.verdict, why, result.to_plain())
+    return Judgement(folder, result.run, result.verdict, why, json.loads(result.to_json()))
 
 
 def judge_all(folders: list[Path], given: Mapping[str, Any]) -> Iterator[Judgement]:
-    """Yield the judgement of each folder, in any order."""
-    for folder in folders:
-        yield judge_folder(str(folder), given)
+    """
+    Yield the judgement of each folder, in any order; many are shared among Dask workers.
+
+    Parameters
+    ----------
+    folders : list of Path
+        Run folders.
+    given : mapping
+        As for :func:`judge_folder`.
+
+    """
+    names = [str(folder.absolute()) for folder in folders]
+    shown = dict(zip(names, map(str, folders), strict=True))
+    if len(names) < WORTH_SHARING or find_spec('distributed') is None:
+        for name in names:
+            yield judge_folder(name, given)._replace(folder=shown[name])
+        return
+    from ur5_ros.loop.workers import cluster, connected, spread  # dask is an extra
+    with cluster() as address, connected(address) as client:
+        for found in spread(client, judge_batch, (dict(given),), iter(names), 1, _lost):
+            for judgement in found:
+                yield judgement._replace(folder=shown[judgement.folder])
+
+
+def judge_batch(given: Mapping[str, Any], folders: list[str]) -> list[Judgement]:
+    """Return the judgements of some folders: the task that travels to a worker."""
+    return [judge_folder(folder, given) for folder in folders]
+
+
+def _lost(folder: str, error: BaseException) -> Judgement:
+    return Judgement(folder, Path(folder).name, UNREADABLE, repr(error), {})

@@ -63,6 +63,10 @@ class NodeProcesses:
         """Return the exit code of a node, None while it runs."""
         return self._children[name].poll()
 
+    def pid(self, name: str) -> int:
+        """Return the process id of a node."""
+        return self._children[name].pid
+
     def end(self, name: str) -> int:
         """Ask a node to end, insist if it does not, and return its exit code."""
         child = self._children[name]

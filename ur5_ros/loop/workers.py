@@ -1,0 +1,136 @@
+"""Work spread over Dask workers: the cores here, or a cluster that is there already."""
+
+import asyncio
+import logging
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from typing import Any, TypeVar
+
+import dask
+from distributed import Client, Future, LocalCluster, as_completed
+
+from ur5_ros.errors import Refusal
+
+#: Wall-clock time that a scheduler gets to answer [s].
+PATIENCE = 8.0
+
+#: Tasks under way for each worker thread: one runs, the others wait beside it.
+AHEAD = 3
+
+_LOST = ('cancelled', 'lost')
+
+Item = TypeVar('Item')
+Result = TypeVar('Result')
+
+
+@contextmanager
+def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterator[str]:
+    """
+    Yield the address of a Dask scheduler.
+
+    Parameters
+    ----------
+    scheduler : str, optional
+        Address of one that runs already; worker processes here are started if not given.
+    workers : int, optional
+        How many of them; one a core if not given.
+
+    Raises
+    ------
+    Refusal
+        If the number is less than one.
+
+    """
+    logging.getLogger('distributed').setLevel(logging.CRITICAL)
+    if scheduler is not None:
+        yield scheduler
+        return
+    number = workers if workers is not None else len(os.sched_getaffinity(0))
+    if number < 1:
+        raise Refusal(f'--workers {number}; give at least 1')
+    with dask.config.set({'distributed.worker.daemon': True}), \
+            LocalCluster(n_workers=number, threads_per_worker=1, processes=True,
+                         dashboard_address=None, silence_logs=logging.CRITICAL) as local:
+        yield local.scheduler_address
+
+
+@contextmanager
+def connected(address: str) -> Iterator[Client]:
+    """
+    Yield a client of the scheduler at an address.
+
+    Raises
+    ------
+    Refusal
+        If nobody answers there.
+
+    """
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, asyncio.TimeoutError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise Refusal(f'no Dask scheduler answers at {address} ({reason}); start one with '
+                      '"dask scheduler", or leave --scheduler out') from None
+    try:
+        yield client
+    finally:
+        client.close(timeout=2)
+
+
+def spread(
+    client: Client, function: Callable[..., list[Result]], shared: tuple[Any, ...],
+    items: Iterator[Item], size: int, failed: Callable[[Item, BaseException], Result],
+) -> Iterator[list[Result]]:
+    """
+    Apply a function to items, some at a time, and yield the results as they come.
+
+    A task that fails is taken apart, so that one item costs no other its result.
+
+    Parameters
+    ----------
+    client : distributed.Client
+        Whose workers do it.
+    function : callable
+        ``function(*shared, items)`` returns one result an item.
+    shared : tuple
+        What every task needs; small, as it travels with each.
+    items : iterator
+        What there is to do; read as the work goes on.
+    size : int
+        Items in a task.
+    failed : callable
+        Makes the result of an item whose task fails by itself, given the exception.
+
+    Yields
+    ------
+    list
+        Results in any order; ends early, with work left, when the scheduler is lost.
+
+    """
+    under_way: dict[Future, list[Item]] = {}
+
+    def submit(batch: list[Item]) -> Future:
+        future = client.submit(function, *shared, batch, pure=False)
+        under_way[future] = batch
+        return future
+
+    threads = max(1, sum(client.nthreads().values()))
+    first = [submit(batch) for _ in range(AHEAD * threads) if (batch := list(islice(items, size)))]
+    ended = as_completed(first, loop=client.loop)
+    for future in ended:
+        batch = under_way.pop(future)
+        if future.status in _LOST:
+            return
+        error = future.exception()
+        if error is None:
+            yield future.result()
+        elif len(batch) > 1:  # find out which of them it was
+            for item in batch:
+                ended.add(submit([item]))
+        else:
+            yield [failed(batch[0], error)]
+        more = list(islice(items, size))
+        if more:
+            ended.add(submit(more))
