@@ -8,6 +8,7 @@ eight at a time side by side, where the processor works on all eight at once.
 from math import isfinite
 
 import numpy as np
+from numpy import intp
 
 from ur5_ros.model.arm_plane import (
     add,
@@ -36,30 +37,30 @@ from ur5_ros.model.motion import NIL, Z, rates, torque_of_motion, velocities
 @inlined
 def write_column(out, at, step, j, entries, write):
     """Write the entries 1 to j + 1 of column j."""
-    write(out, at, step, 0, j, entries[0])
-    write(out, at, step, 1, j, entries[1])
+    write(out, at, step, intp(0), j, entries[0])
+    write(out, at, step, intp(1), j, entries[1])
     if j > 1:
-        write(out, at, step, 2, j, entries[2])
+        write(out, at, step, intp(2), j, entries[2])
     if j > 2:
-        write(out, at, step, 3, j, entries[3])
+        write(out, at, step, intp(3), j, entries[3])
     if j > 3:
-        write(out, at, step, 4, j, entries[4])
+        write(out, at, step, intp(4), j, entries[4])
     if j > 4:
-        write(out, at, step, 5, j, entries[5])
+        write(out, at, step, intp(5), j, entries[5])
 
 
 @inlined
 def write_row(out, at, step, i, entries, write):
     """Write the entries 1 to i of row i, left of the diagonal."""
-    write(out, at, step, i, 0, entries[0])
+    write(out, at, step, i, intp(0), entries[0])
     if i > 1:
-        write(out, at, step, i, 1, entries[1])
+        write(out, at, step, i, intp(1), entries[1])
     if i > 2:
-        write(out, at, step, i, 2, entries[2])
+        write(out, at, step, i, intp(2), entries[2])
     if i > 3:
-        write(out, at, step, i, 3, entries[3])
+        write(out, at, step, i, intp(3), entries[3])
     if i > 4:
-        write(out, at, step, i, 4, entries[4])
+        write(out, at, step, i, intp(4), entries[4])
 
 
 @inlined
@@ -98,19 +99,19 @@ def terms_of_state(q, qd, k, m, c, g, at, step, write):
     moved = qd[at], r3[1], r4[1], r5[0], r5[1]
     a = gravity_in_plane(q[at], k)
     whole = flow(b6, s6)
-    joint(at, step, 5, whole, (w6, u6), r6, lines, moved, a, k, m, c, g, write)
+    joint(at, step, intp(5), whole, (w6, u6), r6, lines, moved, a, k, m, c, g, write)
     whole = joined(whole, flow(b5, s5))
-    joint(at, step, 4, whole, (w5, u5), r5, lines, moved, a, k, m, c, g, write)
+    joint(at, step, intp(4), whole, (w5, u5), r5, lines, moved, a, k, m, c, g, write)
     whole = joined(whole, flow(b4, s4))
-    joint(at, step, 3, whole, (Z, u4), r4, lines, moved, a, k, m, c, g, write)
+    joint(at, step, intp(3), whole, (Z, u4), r4, lines, moved, a, k, m, c, g, write)
     whole = joined(whole, flow(b3, s3))
-    joint(at, step, 2, whole, (Z, u3), r3, lines, moved, a, k, m, c, g, write)
+    joint(at, step, intp(2), whole, (Z, u3), r3, lines, moved, a, k, m, c, g, write)
     whole = joined(whole, flow(b2, s2))
     r2 = ((qd[at], 0.0, 0.0), NIL)
-    joint(at, step, 1, whole, (Z, NIL), r2, lines, moved, a, k, m, c, g, write)
+    joint(at, step, intp(1), whole, (Z, NIL), r2, lines, moved, a, k, m, c, g, write)
     h, e, p, d = whole
-    write(m, at, step, 0, 0, e[0] + e[5] + k[SPIN] + k[ARMATURE])
-    write(c, at, step, 0, 0, d[0] + d[8])
+    write(m, at, step, intp(0), intp(0), e[0] + e[5] + k[SPIN] + k[ARMATURE])
+    write(c, at, step, intp(0), intp(0), d[0] + d[8])
     g[at] = a[2] * (h[0] + k[SHOULDER + 1]) - a[0] * (h[2] + k[SHOULDER + 3])
     return total(qd, at, step) + total(g, at, step) + d[0] + d[4] + d[8] + dot(p, p)
 
@@ -121,7 +122,7 @@ def terms(q, qd, k, m, c, g):
     if q.size != g.size or qd.size != g.size:
         return 1
     for at in range(0, g.size, 6):
-        if not isfinite(terms_of_state(q, qd, k, m, c, g, at, 1, put)):
+        if not isfinite(terms_of_state(q, qd, k, m, c, g, at, intp(1), put)):
             return 1
     return 0
 
@@ -139,7 +140,7 @@ def terms_of_many(q, qd, k, m, c, g):
         gather(q, first, some, lq)
         gather(qd, first, some, lqd)
         for lane in range(LANES):
-            check[lane] = terms_of_state(lq, lqd, k, lm, lc, lg, lane, LANES, put_lane)
+            check[lane] = terms_of_state(lq, lqd, k, lm, lc, lg, lane, intp(LANES), put_lane)
         if not isfinite(np.sum(check)):
             return 1
         scatter(lm, 36, first, some, flat_m)
@@ -178,11 +179,11 @@ def inertia(q, k, m):
         turns, origins, lines = axes(q, at, 1, k)
         m11, c2, c3, c4, c5, c6 = mass_columns(bodies(turns, origins, k), lines, k)
         m[at, 0] = m11
-        write_mass(m, at, 1, 1, c2, k, put)
-        write_mass(m, at, 1, 2, c3, k, put)
-        write_mass(m, at, 1, 3, c4, k, put)
-        write_mass(m, at, 1, 4, c5, k, put)
-        write_mass(m, at, 1, 5, c6, k, put)
+        write_mass(m, at, intp(1), intp(1), c2, k, put)
+        write_mass(m, at, intp(1), intp(2), c3, k, put)
+        write_mass(m, at, intp(1), intp(3), c4, k, put)
+        write_mass(m, at, intp(1), intp(4), c5, k, put)
+        write_mass(m, at, intp(1), intp(5), c6, k, put)
         if not isfinite(q[at] + m11 + c5[4] + c6[5] + c6[0]):
             return 1
     return 0

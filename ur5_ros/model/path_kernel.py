@@ -25,7 +25,7 @@ def follow(t, start, lower, upper, k, out):
         out[i, 6] = 0.0
         found = 0
         if is_rigid(t, 4 * i):
-            found = branches(t, 4 * i, last[5], k, slots, 0)
+            found = branches(t, 4 * i, last[5], k, slots, np.intp(0))
         else:
             out[i, 6] = -1.0
         best = inf
