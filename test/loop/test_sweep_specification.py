@@ -18,7 +18,7 @@ def test_a_grid_has_every_combination_and_every_sample():
         '  control.kp: {from: 5.0, to: 20.0, count: 4}\n', 'trial.yaml')
     runs = list(expand(spec))
     assert len(runs) == number_of_runs(spec) == 24
-    assert [run.index for run in runs] == list(range(24))
+    assert [run.number for run in runs] == list(range(24))
     pairs = {(run.values['sim.payload.mass'], run.values['control.kp']) for run in runs}
     assert pairs == {(mass, kp) for mass in (0.0, 1.0) for kp in (5.0, 10.0, 15.0, 20.0)}
 

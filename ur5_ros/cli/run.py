@@ -2,6 +2,7 @@
 
 import os
 import sys
+from typing import Any
 
 import typer
 
@@ -9,7 +10,8 @@ from ur5_ros.cli.app import app
 from ur5_ros.cli.exit_codes import BAD_INPUT, INTERRUPTED, YES
 from ur5_ros.errors import Refusal
 
-_USAGE_ERROR = typer.BadParameter.__mro__[2]  # ClickException, wherever this typer keeps it
+# ClickException, wherever this typer keeps it
+_USAGE_ERROR: Any = typer.BadParameter.__mro__[2]
 
 
 def run(arguments: list[str]) -> int:

@@ -65,13 +65,13 @@ def _refuse_what_cannot_run(spec: SweepSpec) -> None:
     with terminal.progress('checking', number_of_runs(spec), 'runs') as advance:
         for run in expand(spec):
             plan_of(spec, run)
-            if run.index % 100 == 0:
-                advance(run.index)
+            if run.number % 100 == 0:
+                advance(run.number)
 
 
 def _one(spec: SweepSpec, index: int, out: Path | None) -> int:
     """Repeat one run of a sweep and keep its bags."""
-    run = next((run for run in expand(spec) if run.index == index), None)
+    run = next((run for run in expand(spec) if run.number == index), None)
     if run is None:
         raise Refusal(f'--only {index}: {spec.name} has the runs 0 to {number_of_runs(spec) - 1}')
     bags = out if out is not None else SWEEPS / spec.name / 'repeated'

@@ -69,7 +69,8 @@ def fast_lane(plan: Plan) -> LoopRun | None:
     if not _ordinary(states, seen, torque, sim_arm, arm, control['max_state_jump']):
         return None
     effort = np.vstack([np.zeros((1, 6)), torque[:-1, law_kernel.TOTAL]])
-    stamp = stamp_of_period(np.arange(1, plan.periods + 1), sim['control_rate'])
+    stamp = np.array([stamp_of_period(k, sim['control_rate'])
+                      for k in range(1, plan.periods + 1)])
     return LoopRun(plan, sim_arm, arm, stamp, seen[:, :6], seen[:, 6:], effort, None, torque,
                    table, ())
 

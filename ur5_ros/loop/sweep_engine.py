@@ -51,7 +51,7 @@ def run_sweep(
     bags = str((folder.path / 'bags').absolute()) if spec.keep != 'none' else None
     with cluster(scheduler, workers) as address:
         while len(done) < number_of_runs(spec):
-            todo = (run for run in expand(spec) if run.index not in done)
+            todo = (run for run in expand(spec) if run.number not in done)
             with connected(address) as client:
                 for rows in spread(client, run_batch, (spec, bags), todo, batch_size(spec),
                                    lost_row):

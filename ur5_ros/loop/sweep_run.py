@@ -42,9 +42,9 @@ def plan_of(spec: SweepSpec, run: RunSpec) -> Plan:
 
     """
     values = {'experiment': spec.experiment, 'duration': spec.duration, **spec.fixed, **run.values}
-    sides: dict[str, dict[str, Any]] = {'sim': {'seed': (spec.seed + run.index) % 2**31},
+    sides: dict[str, dict[str, Any]] = {'sim': {'seed': (spec.seed + run.number) % 2**31},
                                         'control': {}}
-    rest = {}
+    rest: dict[str, Any] = {}
     for key, value in values.items():
         side, _, name = key.partition('.')
         if name and side in sides:
@@ -55,10 +55,10 @@ def plan_of(spec: SweepSpec, run: RunSpec) -> Plan:
             raise Refusal(f'unknown key {key!r}; give sim.<parameter>, control.<parameter> or one '
                           f'of: {", ".join(KEYS)}')
     try:
-        return plan_run(**rest, **sides)
+        return plan_run(**rest, sim=sides['sim'], control=sides['control'])
     except Refusal as refusal:
         told = ', '.join(f'{key} = {value}' for key, value in run.values.items())
-        raise Refusal(f'run {run.index} ({told}): {refusal}') from None
+        raise Refusal(f'run {run.number} ({told}): {refusal}') from None
 
 
 def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
@@ -82,7 +82,7 @@ def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
 
     """
     plan = plan_of(spec, run)
-    folder = bags / f'{run.index:06d}' if bags is not None else None
+    folder = bags / f'{run.number:06d}' if bags is not None else None
     try:
         if spec.engine == 'nodes':
             found = _by_nodes(plan, folder)
@@ -98,7 +98,7 @@ def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
 
 def inputs_of(run: RunSpec) -> dict[str, Any]:
     """Return the beginning of a run's row: its index and its values; lists as JSON text."""
-    return {'index': run.index,
+    return {'index': run.number,
             **{key: json.dumps(value) if isinstance(value, list) else value
                for key, value in run.values.items()}}
 

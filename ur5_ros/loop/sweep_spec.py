@@ -54,7 +54,7 @@ class SweepSpec(StrictModel):
 class RunSpec(NamedTuple):
     """One run of a sweep: small enough to travel, complete enough to be repeated alone."""
 
-    index: int
+    number: int
     values: dict[str, Any]
     """Key to value of everything that differs between the runs."""
 
@@ -103,7 +103,8 @@ def expand(spec: SweepSpec) -> Iterator[RunSpec]:
 
     """
     grid = {key: _values(axis) for key, axis in spec.vary.items() if not is_random(axis)}
-    drawn = {key: axis for key, axis in spec.vary.items() if is_random(axis)}
+    drawn = {key: axis for key, axis in spec.vary.items()
+             if isinstance(axis, Axis) and is_random(axis)}
     cases: list[Mapping[str, Any]] = list(spec.cases) or [{}]
     combinations = itertools.product(cases, *grid.values(), range(spec.samples))
     for index, (case, *point) in enumerate(combinations):
@@ -134,14 +135,16 @@ def _values(axis: list | Axis) -> list:
 
 
 def _draw(axis: Axis, random: np.random.Generator) -> float | list[float]:
-    size = axis.size
-    if axis.uniform is not None:
-        value = random.uniform(*axis.uniform, size=size)
-    elif axis.normal is not None:
-        value = random.normal(*axis.normal, size=size)
+    if axis.normal is not None:
+        middle, deviation = axis.normal
+        values = random.normal(middle, deviation, axis.size or 1)
+    elif axis.uniform is not None:
+        low, high = axis.uniform
+        values = random.uniform(low, high, axis.size or 1)
     else:
-        value = np.exp(random.uniform(*np.log(axis.log_uniform), size=size))
-    return value.tolist() if isinstance(value, np.ndarray) else float(value)
+        low, high = map(math.log, axis.log_uniform or ())
+        values = np.exp(random.uniform(low, high, axis.size or 1))
+    return values.tolist() if axis.size else float(values[0])
 
 
 def _check(spec: SweepSpec, source: str) -> None:
