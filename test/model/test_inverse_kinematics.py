@@ -283,3 +283,17 @@ def test_all_turns_within_the_limits_reach_the_same_pose():
     assert turns_within_limits(q, arm, limits).shape == (0, 6)
     unlimited = load_arm('ur3e')
     assert len(turns_within_limits(q, unlimited)) == 32
+
+
+@pytest.mark.parametrize(('lower', 'message'), [
+    (np.zeros(5), r'limits.lower is \[.*\]; give six numbers'),
+    (np.array([0.0, np.nan, 0.0, 0.0, 0.0, 0.0]), 'limits.lower is'),
+    (np.array([0.0, 0.0, 9.0, 0.0, 0.0, 0.0]), 'limits of joint 3 are 9.0 to 6.28'),
+])
+def test_limits_that_are_none_are_refused_by_name(lower, message):
+    arm = load_arm('ur5')
+    limits = replace(arm.limits, lower=lower)
+    with pytest.raises(ValueError, match=message):
+        nearest_solution(forward_kinematics(np.ones(6), arm), np.ones(6), arm, limits)
+    with pytest.raises(ValueError, match=message):
+        turns_within_limits(np.ones(6), arm, limits)
