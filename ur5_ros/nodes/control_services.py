@@ -6,7 +6,6 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ur5_ros.config import CONTROL_PARAMETERS
-from ur5_ros.nodes.follow_joint_trajectory import offer_action
 from ur5_ros.nodes.parameters import serve
 from ur5_ros.nodes.serving import add_service
 from ur5_ros.nodes.trajectory_action import offer_trajectory_action
@@ -35,7 +34,6 @@ def offer_services(node: Node, control: Any) -> None:
 
     add_service(node, Trigger, '~/start_experiment', start)
     add_service(node, Trigger, '~/hold', hold)
-    offer_action(node, control)
     serve(node, CONTROL_PARAMETERS,
           lambda changes: control.requests.call(lambda: control.change(changes)))
     control.trajectories = offer_trajectory_action(node, control)

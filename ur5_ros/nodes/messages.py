@@ -105,7 +105,7 @@ class EffortReader:
         """The layout of our own commands."""
         self._layouts = (self.layout, FixedJointState(names))
 
-    def read(self, data: bytes) -> tuple[int, Sequence[str] | None, Sequence[float]]:
+    def read(self, data: bytes) -> tuple[int, Sequence[str] | None, Any]:
         """
         Return the stamp [ns] of the state that a command answers, 0 if none, names and efforts.
 

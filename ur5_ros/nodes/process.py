@@ -73,7 +73,7 @@ def pin_to_core(core: str) -> None:
 
 
 def run_node(
-    create: Callable[[dict[str, Any], StopRequest], Any],
+    create: Callable[[dict[str, Any], StopRequest], Any], stop: StopRequest,
     arguments: Sequence[str] | None = None,
 ) -> None:
     """
@@ -84,13 +84,13 @@ def run_node(
     create : callable
         Makes the node from its parameter files and the request to stop; the node has ``run()``,
         which returns the exit code.
+    stop : StopRequest
+        Listens to the signals already.
     arguments : sequence of str, optional
         Command line, program name first; ``sys.argv`` by default.
 
     """
     arguments = sys.argv if arguments is None else arguments
-    stop = StopRequest()
-    stop.listen()
     try:
         code = _run(create, arguments, stop)
     except Refusal as error:

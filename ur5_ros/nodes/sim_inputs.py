@@ -13,7 +13,7 @@ from ur5_ros.nodes.diagnostics import Refusals
 from ur5_ros.nodes.messages import EffortReader, read_message
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.serving import LoopRequests
-from ur5_ros.nodes.sim_services import StepService
+from ur5_ros.nodes.sim_services import StepQueue
 from ur5_ros.nodes.simulation import Simulation, push
 from ur5_ros.nodes.topics import HEARD, HOT, Topics
 from ur5_ros.signals import JOINT_NAMES
@@ -39,7 +39,7 @@ class SimInputs:
         What they act on.
     gate : CommandGate
         Judges commands.
-    steps : StepService
+    steps : StepQueue
         Single steps asked for.
     parameters : mapping
         Of the node.
@@ -48,7 +48,7 @@ class SimInputs:
 
     def __init__(
         self, loop: Any, topics: Topics, recording: Recording, simulation: Simulation,
-        gate: CommandGate, steps: StepService, parameters: dict[str, Any],
+        gate: CommandGate, steps: StepQueue, parameters: dict[str, Any],
     ) -> None:
         self.refusals = Refusals(lambda line: None, self._tell_refusal)
         self.requests = LoopRequests(loop.wake)
@@ -88,7 +88,7 @@ class SimInputs:
 
     def answer_step(self) -> None:
         """Answer ``~/step``, if a period was taken for it."""
-        if self._steps.waiting and self._simulation.paused:
+        if self._steps and self._simulation.paused:
             self._steps.answer(self._simulation)
 
     def _dispatch(self, messages: list[tuple[int, bytes]]) -> bool:

@@ -14,6 +14,7 @@ def check_publishers(sim: Any) -> None:
         names[topic] = [(each.node_namespace.rstrip('/') + '/' + each.node_name)
                         for each in found]
     sim.gate.publishers(names)
+    sim.publishers_conflict |= sum(map(len, names.values())) > 1
     for sentence in deaf_to(sim.node, sim.topics):
         sim.inputs.refusals.add(*sentence)
 

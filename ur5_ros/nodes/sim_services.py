@@ -1,6 +1,8 @@
 """Services and live parameters of the simulator, each a request to the loop."""
 
-from typing import Any
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
@@ -10,14 +12,24 @@ from ur5_ros.nodes.hot_loop import ReservedGroup
 from ur5_ros.nodes.parameters import serve
 from ur5_ros.nodes.serving import add_service
 from ur5_ros.nodes.simulation import Simulation
+from ur5_ros.nodes.simulation_interfaces import offer_standard_services
 
 #: Single steps that may wait for their turn.
 MOST_WAITING = 100
 
 
-class StepService:
+class Step(NamedTuple):
+    """A request for periods that is under way."""
+
+    service: Any
+    header: Any
+    respond: Callable[[Any, bool, str], None]
+    steps: int
+
+
+class StepQueue:
     """
-    ``~/step``: taken and answered by the loop itself, so that nothing else waits with it.
+    ``~/step`` and its like: taken and answered by the loop itself, so that nothing waits with it.
 
     Parameters
     ----------
@@ -29,53 +41,95 @@ class StepService:
     """
 
     def __init__(self, node: Node, loop: Any) -> None:
-        self.waiting: list[Any] = []
-        """Requests that were let in, the first to be answered next."""
-        self._service = node.create_service(
-            Trigger, '~/step', lambda request, response: response,
+        self._node = node
+        self._loop = loop
+        self._services: list[tuple[Any, Callable, Callable]] = []
+        self._waiting: deque[Step] = deque()
+        self._taken = 0
+
+        def fill(response: Trigger.Response, success: bool, message: str) -> None:
+            response.success, response.message = success, message
+
+        self.offer(Trigger, '~/step', lambda request: 1, fill)
+
+    def __bool__(self) -> bool:
+        return bool(self._waiting)
+
+    def offer(
+        self, service_type: type, name: str, steps_of: Callable[[Any], int],
+        fill: Callable[[Any, bool, str], None],
+    ) -> None:
+        """
+        Serve steps by another service.
+
+        Parameters
+        ----------
+        service_type : type
+            Its type.
+        name : str
+            Its name.
+        steps_of : callable
+            Returns how many periods a request wants.
+        fill : callable
+            ``fill(response, success, message)``.
+
+        """
+        service = self._node.create_service(
+            service_type, name, lambda request, response: response,
             callback_group=ReservedGroup())
-        loop.watch_service(self._service)
+        self._loop.watch_service(service)
+        self._services.append((service, steps_of, fill))
 
     def look(self, simulation: Simulation) -> bool:
         """Let in or refuse the requests that have come; return whether one was let in."""
         let_in = False
-        handle = self._service.handle
-        while True:
-            request, header = handle.service_take_request(Trigger.Request)
-            if request is None:
-                return let_in
-            if not simulation.paused:
-                self._respond(header, False, 'time is running; call ~/pause with true first')
-            elif len(self.waiting) >= MOST_WAITING:
-                self._respond(header, False, f'{MOST_WAITING} steps are waiting; wait for them')
-            else:
-                self.waiting.append(header)
-                simulation.steps_wanted += 1
-                let_in = True
+        for service, steps_of, fill in self._services:
+            while True:
+                request, header = service.handle.service_take_request(service.srv_type.Request)
+                if request is None:
+                    break
+                step = Step(service, header, fill, steps_of(request))
+                if not simulation.paused:
+                    _respond(step, False, 'time is running; call ~/pause with true first')
+                elif len(self._waiting) >= MOST_WAITING:
+                    _respond(step, False, f'{MOST_WAITING} requests wait; wait for them')
+                elif step.steps < 1:
+                    _respond(step, True, f'state {simulation.plant.k} stands')
+                else:
+                    self._waiting.append(step)
+                    simulation.steps_wanted += step.steps
+                    let_in = True
+        return let_in
 
     def answer(self, simulation: Simulation) -> None:
-        """Answer the first request: its period is over."""
-        self._respond(self.waiting.pop(0), True, f'state {simulation.plant.k} is out')
+        """Take note of a period; answer the first request if it was its last."""
+        self._taken += 1
+        if self._taken >= self._waiting[0].steps:
+            self._taken = 0
+            _respond(self._waiting.popleft(), True, f'state {simulation.plant.k} is out')
 
     def refuse_all(self, simulation: Simulation, why: str) -> None:
-        """Answer all requests that will not get their period."""
-        simulation.steps_wanted = 0
-        while self.waiting:
-            self._respond(self.waiting.pop(0), False, why)
+        """Answer all requests that will not get their periods."""
+        simulation.steps_wanted = self._taken = 0
+        while self._waiting:
+            _respond(self._waiting.popleft(), False, why)
 
-    def _respond(self, header: Any, success: bool, message: str) -> None:
-        self._service.send_response(Trigger.Response(success=success, message=message), header)
+
+def _respond(step: Step, success: bool, message: str) -> None:
+    response = step.service.srv_type.Response()
+    step.respond(response, success, message)
+    step.service.send_response(response, step.header)
 
 
 def offer_services(node: Node, sim: Any) -> None:
     """
-    Offer ``~/pause``, ``~/reset`` and the parameters; ``~/step`` is :class:`StepService`.
+    Offer ``~/pause``, ``~/reset`` and the parameters; ``~/step`` is :class:`StepQueue`.
 
     Parameters
     ----------
     node : rclpy.node.Node
         The node.
-    sim : SimNode
+    sim : Simulator
         Whose loop does what is asked.
 
     """
@@ -83,4 +137,5 @@ def offer_services(node: Node, sim: Any) -> None:
     add_service(node, SetBool, '~/pause', lambda request: call(lambda: sim.pause(request.data)))
     add_service(node, Trigger, '~/reset', lambda request: call(sim.reset))
 
+    offer_standard_services(node, sim)
     serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)))

@@ -152,7 +152,7 @@ def push(plant: Plant, message: dict[str, Any], prefix: str) -> None:
     if name == 'tool0':
         turn = tool_rotation(plant)
         force, torque, name = turn @ force, turn @ torque, 'base'
-    plant.apply_wrench(force, torque, name)
+    plant.apply_wrench(force.tolist(), torque.tolist(), name)
 
 
 def tool_rotation(plant: Plant) -> np.ndarray:

@@ -7,7 +7,6 @@ All judging is in :mod:`ur5_ros.control.tolerances` and tested there.
 
 from typing import Any
 
-from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 
 from ur5_ros.control.controller import Controller
@@ -28,7 +27,7 @@ def offer_trajectory_action(node: Node, control: Any) -> 'TrajectoryAction | Non
     ----------
     node : rclpy.node.Node
         The node.
-    control : ControlNode
+    control : Steering
         Whose controller follows.
 
     Returns
@@ -81,7 +80,7 @@ class TrajectoryAction:
     ----------
     node : rclpy.node.Node
         The node.
-    control : ControlNode
+    control : Steering
         Whose controller follows.
     action_type : type
         control_msgs.action.FollowJointTrajectory.
@@ -89,6 +88,7 @@ class TrajectoryAction:
     """
 
     def __init__(self, node: Node, control: Any, action_type: Any) -> None:
+        from rclpy.action import ActionServer, CancelResponse  # loaded by nobody else
         self._control, self._type = control, action_type
         self._open: list[tuple[Any, Controller, int]] = []
         self._server = ActionServer(
