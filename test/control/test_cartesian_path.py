@@ -154,6 +154,7 @@ def test_a_path_is_approached_followed_and_held(holding, close_loop):
     ([[0, 0, 0], [0, 0, 0.9]], [0, 0], r'sample \d+ of \d+ \(t = .*(out of reach|singularity)'),
     ([[0, 0, 0], [0.2, 0, 0]], [0, S // 10], r'sample \d+ .* rad/s; its limit is'),
     ([[0, 0, 0], [0.1, 0, 0]], [0, 10_000 * S], 'the path takes 10000.0 s'),
+    ([[0, 0, 0], [0.1, 0, 0]], [0, S, 2 * S], '3 stamps for 2 poses'),
 ])
 def test_a_path_that_cannot_be_followed_is_refused_before_the_arm_moves(
         holding, close_loop, offsets, stamps, words):
@@ -163,6 +164,12 @@ def test_a_path_that_cannot_be_followed_is_refused_before_the_arm_moves(
     run = close_loop(controller, plant, 10)
     assert_allclose(run.reference, np.tile(HOME, (10, 1)), atol=0.0)
     assert run.status[-1] == 'refused'
+
+
+def test_a_path_that_begins_beyond_max_joint_jump_is_refused(holding):
+    controller, _ = holding(HOME + [2.0, 0, 0, 0, 0, 0], 500, max_joint_jump=1.0)
+    with pytest.raises(Refusal, match=r'would have to turn by 2\.0000 rad to the first pose'):
+        controller.path(straight([0, 0, 0], [0.1, 0, 0]), [0, 0])
 
 
 def test_a_path_through_the_wrist_singularity_is_refused(holding):

@@ -199,6 +199,47 @@ corners: [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
         initial_positions(spec, load_arm('ur5'))
 
 
+def test_a_circle_around_its_own_axis_is_refused():
+    text = """
+name: point
+description: no circle
+source: assumed
+kind: tool_circle
+duration: 2.0
+start_degrees: [20.0, -75.0, 90.0, -105.0, -80.0, 15.0]
+centre: [0.0, 0.0, 0.1]
+normal: [0.0, 0.0, 1.0]
+"""
+    with pytest.raises(Refusal, match='make no circle'):
+        experiment_motion(parse_experiment(text, 'point.yaml'), load_arm('ur5'), 100, 0.02)
+
+
+def test_ramps_longer_than_the_experiment_and_lost_files_are_refused():
+    text = """
+name: short
+description: all ramp
+source: assumed
+kind: joint_waves
+duration: 3.0
+ramp: 2.0
+ramp_down: 2.0
+start_degrees: [0.0, -90.0, 90.0, -90.0, -90.0, 0.0]
+joints: {elbow_joint: [{amplitude: 0.1, frequency: 1.0}]}
+"""
+    with pytest.raises(Refusal, match='take 4 s of 3 s; make the duration longer'):
+        parse_experiment(text, 'short.yaml')
+    with pytest.raises(Refusal, match='no experiment file ./lost.yaml'):
+        load_experiment('./lost.yaml')
+
+
+def test_without_a_ramp_the_motion_begins_at_speed():
+    text = TEXT.replace('kind: joint_step', 'kind: joint_waves').replace('at: 0.5', 'ramp: 0.0')
+    text = text.replace('step: [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]',
+                        'joints: {elbow_joint: [{amplitude: 0.1, frequency: 1.0}]}')
+    motion = experiment_motion(parse_experiment(text, 'a.yaml'), load_arm('ur5'), 100, 0.02).motion
+    assert_allclose(motion.at(0).qd[2], 0.2 * np.pi)
+
+
 def test_an_unknown_experiment_is_refused_with_those_that_exist():
     with pytest.raises(Refusal, match='kebria_fig11'):
         load_experiment('kebria')

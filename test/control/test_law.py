@@ -138,6 +138,11 @@ def test_damping_that_a_held_torque_turns_into_shaking_is_refused_with_what_it_s
         Controller({'mode': 'gravity_pd'}, 1000)
 
 
+def test_stiffness_that_a_held_torque_turns_into_shaking_is_refused():
+    with pytest.raises(Refusal, match=r'unstable \(spectral radius .*\); lower kp'):
+        Controller({'mode': 'impedance', 'arm': 'ur5_real', 'kp': [1e7], 'kd': [100.0]}, 1000)
+
+
 def test_a_torque_rate_limit_is_kept_and_flagged(holding, close_loop):
     controller, plant = holding(HOME, 1000, torque_rate_limit=200.0, experiment='joint_step')
     controller.start_experiment()

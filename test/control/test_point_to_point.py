@@ -82,6 +82,12 @@ def test_a_way_that_shoots_beyond_a_limit_is_refused():
         point_to_point(fast, np.full(6, 6.1), LIMITS, ARM)
 
 
+def test_a_start_that_nothing_can_stop_is_refused_in_one_line():
+    mad = Reference(np.zeros(6), np.array([0, 0, 0, 0, 0, 1e9]), np.zeros(6))
+    with pytest.raises(Refusal, match='from 1e.09 rad/s of wrist_3_joint; ask again from rest'):
+        smooth_stop(mad, LIMITS)
+
+
 def test_continuous_joints_go_as_far_as_one_likes():
     still = Reference(np.zeros(6), np.zeros(6), np.zeros(6))
     target = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 50.0])

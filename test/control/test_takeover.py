@@ -112,6 +112,19 @@ def test_an_autostarted_experiment_far_away_is_approached_first(exact_arm, close
     assert np.abs(np.diff(run.reference, axis=0)).max() < 0.01
 
 
+def test_an_autostart_that_cannot_get_there_holds_and_says_why(exact_arm, close_loop):
+    controller = Controller({'experiment': 'joint_step', 'autostart': True}, RATE)
+    shooting_out = exact_arm(controller.arm, RATE, [*HOME[:5], 6.2], [0, 0, 0, 0, 0, 3.0])
+    close_loop(controller, shooting_out, 1)
+    assert 'autostart: wrist_3_joint would go to' in controller.status()['last_refusal']
+
+
+def test_without_an_experiment_none_is_started(holding):
+    controller, _ = holding(HOME)
+    with pytest.raises(ValueError, match='no experiment is set'):
+        controller.start_experiment()
+
+
 def test_a_moving_arm_is_taken_over_at_its_speed(exact_arm, close_loop):
     controller = Controller({}, RATE)
     speed = np.array([0.5, -0.4, 0.3, -0.2, 0.1, 0.6])
