@@ -74,7 +74,9 @@ def _json(value: Any) -> str:
 
 
 def _text(value: Any) -> str:
-    return escape(str(value), quote=True)
+    """Return text as markup that shows it; characters that no file can hold become marks."""
+    shown = str(value).encode('utf-8', 'replace').decode()
+    return escape(''.join(c if c >= ' ' or c in '\n\t' else '?' for c in shown), quote=True)
 
 
 def _figure(figure: Figure) -> dict[str, Any]:

@@ -120,6 +120,8 @@ def read_log(log: Path) -> RobotLog:
             either, other = COLUMNS[name]
             raise Refusal(f'{log}: no columns {either.replace("{1}", "1..6")} or '
                           f'{other.replace("{0}", "0..5")}; they are needed')
+    if not body.strip():
+        raise Refusal(f'{log}: no rows under the names; at least two whole rows are needed')
     try:
         table = np.loadtxt(StringIO(body), delimiter=separator, ndmin=2)
     except ValueError as error:
