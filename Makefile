@@ -66,7 +66,7 @@ bench: setup-all  ## figures as ratios to references measured in the same run
 	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script $(ARGS); done
 
 faults: setup-all  ## every fault of the catalogue, and the scorecard
-	$(PYTEST) -q -m fault --scorecard docs/faults.md $(ARGS) </dev/null
+	UR5_ROS_THOROUGH=1 $(PYTEST) -q -m fault --scorecard docs/faults.md $(ARGS) </dev/null
 
 soak: setup-all  ## an hour under watch: memory, lateness, bags (ARGS="--minutes 5")
 	$(BIN)/python benchmarks/soak.py $(ARGS)
