@@ -243,7 +243,7 @@ def clean_shared_memory(since: float) -> None:
     mapped = _mapped_files()
     for file in files:
         try:
-            if file.stat().st_ctime >= since and str(file) not in mapped:
+            if file.stat().st_ctime >= since and _segment(file.name) not in mapped:
                 file.unlink()
         except OSError:
             continue  # somebody else was quicker, or owns it
@@ -256,5 +256,16 @@ def _mapped_files() -> set[str]:
             lines = maps.read_text().splitlines()
         except OSError:
             continue
-        mapped.update(line.split(maxsplit=5)[5] for line in lines if '/dev/shm/' in line)
+        mapped.update(_segment(line.split(maxsplit=5)[5].rpartition('/')[2])
+                      for line in lines if '/dev/shm/' in line)
     return mapped
+
+
+def _segment(name: str) -> str:
+    """
+    Return the segment that a file belongs to.
+
+    Its lock (``_el``) and its mutex are mapped by nobody, and yet a living process that loses
+    them is deaf from then on: others take its segment for a dead one's.
+    """
+    return name.removeprefix('sem.').removesuffix('_mutex').removesuffix('_el')
