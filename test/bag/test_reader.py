@@ -233,6 +233,14 @@ def test_the_compiled_walk_finds_what_the_walk_in_python_finds(recorded):
                 assert all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
 
 
+@pytest.mark.parametrize('window', [20, 1000, 50_000])
+def test_a_file_that_is_read_piece_by_piece_gives_the_same(recorded, monkeypatch, window):
+    monkeypatch.setattr('ur5_ros.bag.mcap_scan.WINDOW', window)
+    bag = open_bag(recorded.folder)
+    assert np.array_equal(bag.joint_states('/joint_states').position, recorded.position)
+    assert bag.check() == []
+
+
 def test_a_large_bag_is_walked_by_compiled_code_to_the_same_end(record, tmp_path, monkeypatch):
     written = record(tmp_path / 'bag', periods=3000)
     monkeypatch.setattr('ur5_ros.bag.reader.COMPILE_ABOVE', 0)

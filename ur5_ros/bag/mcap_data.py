@@ -4,16 +4,19 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ur5_ros.bag.mcap_records import MAGIC, Opcode
-from ur5_ros.bag.mcap_scan import data_crc, read_chunks, scan
+from ur5_ros.bag.mcap_scan import Buffer, data_crc, read_chunks, scan
 from ur5_ros.bag.mcap_summary import Summary
 from ur5_ros.bag.problem import BagProblem
 
 Report = Callable[[str], None]
 
 
-def proof_of_data(path: Path, summary: Summary | None, report: Report) -> bool | None:
+def proof_of_data(path: Path, summary: Summary | None,
+                  report: Report) -> tuple[bool | None, Buffer]:
     """
-    Return whether a CRC over all data proves or refutes them; None where none was kept.
+    Return whether a CRC over all data proves or refutes them, None where none was kept.
+
+    The first bytes of the file, which this has to read, come along.
 
     Parameters
     ----------
@@ -26,23 +29,23 @@ def proof_of_data(path: Path, summary: Summary | None, report: Report) -> bool |
 
     """
     if summary is None:
-        return None
+        return None, b''
     try:
         crc = data_crc(path, summary.start)
     except OSError as error:
         report(f'{path}: cannot be read: {error.strerror}')
-        return None
+        return None, b''
     if crc is None:
         report(f'{path}: its data do not end where its summary starts')
-        return False
-    stated, found = crc
+        return False, b''
+    stated, found, start = crc
     if stated not in (0, found):
         report(f'{path}: was changed after it was written (CRC of the data)')
-    return None if stated == 0 else stated == found
+    return None if stated == 0 else stated == found, start
 
 
 def data_records(path: Path, size: int, summary: Summary | None, damaged: bool,
-                 report: Report) -> Iterator[tuple[int, memoryview]]:
+                 report: Report, start: Buffer = b'') -> Iterator[tuple[int, memoryview]]:
     """
     Yield (opcode, whole record) of the data: all of them, or past damage the indexed chunks.
 
@@ -58,11 +61,13 @@ def data_records(path: Path, size: int, summary: Summary | None, damaged: bool,
         The data are known to be damaged: lengths in them are not to be followed.
     report : callable
         Takes a sentence about each thing found wrong.
+    start : bytes or memoryview
+        The first bytes of the file, if they have been read already.
 
     """
     at = len(MAGIC)
     if not (damaged and _indexed(path, summary, report)):
-        for opcode, record in scan(path, size, report):
+        for opcode, record in scan(path, size, report, start):
             at += len(record)
             if opcode != Opcode.DATA_END:
                 yield opcode, record

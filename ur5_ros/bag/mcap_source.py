@@ -185,10 +185,10 @@ class McapSource:
         """Yield rows of whole message and definition records: chunks, and what stands outside."""
         loose = bytearray()
         chunked = stray = False
-        proof = proof_of_data(self.path, self.summary, self.report)
+        proof, start = proof_of_data(self.path, self.summary, self.report)
         allowed = ALLOWANCE + MAX_RATIO * self.size
         for opcode, record in data_records(
-                self.path, self.size, self.summary, proof is False, self.report):
+                self.path, self.size, self.summary, proof is False, self.report, start):
             if opcode == Opcode.MESSAGE and chunked:
                 stray = True
             elif opcode == Opcode.MESSAGE:

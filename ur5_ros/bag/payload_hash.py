@@ -1,4 +1,4 @@
-"""One number for all payloads of a topic: equal for equal runs, whatever the padding bytes hold."""
+"""One number for all payloads of a topic: equal for equal runs, whatever the padding holds."""
 
 import hashlib
 
