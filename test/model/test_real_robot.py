@@ -1,6 +1,7 @@
 """The model against recordings of a real UR5 (beside the repository; skipped where absent)."""
 
 import gzip
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,3 +109,17 @@ def test_standing_still_the_controller_holds_gravity_of_9_82():
     assert abs(fitted - 9.82) < 5e-4
     assert np.abs(g - held).max() < 0.003
     assert np.abs(g * 9.81 / 9.82 - held).max() > 0.02
+
+
+def test_the_controller_computes_with_point_masses():
+    arm = load_arm('ur5_controller')
+    extended = replace(arm, inertia=load_arm('ur5').inertia)
+    column = recording('motion3_fast')
+    q, qd, qdd = column('q_target'), column('qd_target'), column('qdd_target')
+    errors = []
+    for one in (arm, extended):
+        rest = column('m_target') - dynamics_regressor(q, qd, qdd, one) @ inertial_parameters(one)
+        armature = np.sum(qdd * rest, axis=0) / np.sum(qdd ** 2, axis=0)
+        errors.append(np.sqrt(np.mean((rest - armature * qdd) ** 2, axis=0)).max())
+    assert errors[0] < 0.005
+    assert errors[1] > 0.1

@@ -8,9 +8,9 @@ those of the arm record, q_model = q_UR + ``arm.angle_offset``.
 import numpy as np
 from numpy import empty
 
-from ur5_ros.model import dynamics_kernels as kernels
 from ur5_ros.model.acceleration_kernel import forward
 from ur5_ros.model.arguments import apply
+from ur5_ros.model.dynamics_kernels import gravity, inertia, inverse, terms
 from ur5_ros.model.parameters import ArmParameters
 
 _SIX = (6,)
@@ -45,11 +45,11 @@ def inertia_matrix(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     """
     m = empty(_MATRIX)
     try:
-        if q.ndim == 1 and kernels.inertia.single(q, arm.constants, m) == 0:
+        if q.ndim == 1 and inertia.single(q, arm.constants, m) == 0:
             return m
     except (TypeError, AttributeError):
         pass
-    return apply(kernels.inertia, [('q', q, _SIX)], [arm.constants], [_MATRIX])[0]
+    return apply(inertia, [('q', q, _SIX)], [arm.constants], [_MATRIX])[0]
 
 
 def coriolis_matrix(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -106,11 +106,11 @@ def gravity_torque(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     """
     g = empty(6)
     try:
-        if q.ndim == 1 and kernels.gravity.single(q, arm.constants, g) == 0:
+        if q.ndim == 1 and gravity.single(q, arm.constants, g) == 0:
             return g
     except (TypeError, AttributeError):
         pass
-    return apply(kernels.gravity, [('q', q, _SIX)], [arm.constants], [_SIX])[0]
+    return apply(gravity, [('q', q, _SIX)], [arm.constants], [_SIX])[0]
 
 
 def dynamics_terms(
@@ -139,11 +139,11 @@ def dynamics_terms(
     """
     m, c, g = empty(_MATRIX), empty(_MATRIX), empty(6)
     try:
-        if q.ndim == 1 and kernels.terms.single(q, qd, arm.constants, m, c, g) == 0:
+        if q.ndim == 1 and terms.single(q, qd, arm.constants, m, c, g) == 0:
             return m, c, g
     except (TypeError, AttributeError):
         pass
-    m, c, g = apply(kernels.terms, [('q', q, _SIX), ('qd', qd, _SIX)], [arm.constants],
+    m, c, g = apply(terms, [('q', q, _SIX), ('qd', qd, _SIX)], [arm.constants],
                     [_MATRIX, _MATRIX, _SIX])
     return m, c, g
 
@@ -176,11 +176,11 @@ def inverse_dynamics(
     """
     tau = empty(6)
     try:
-        if q.ndim == 1 and kernels.inverse.single(q, qd, qdd, arm.constants, tau) == 0:
+        if q.ndim == 1 and inverse.single(q, qd, qdd, arm.constants, tau) == 0:
             return tau
     except (TypeError, AttributeError):
         pass
-    return apply(kernels.inverse, [('q', q, _SIX), ('qd', qd, _SIX), ('qdd', qdd, _SIX)],
+    return apply(inverse, [('q', q, _SIX), ('qd', qd, _SIX), ('qdd', qdd, _SIX)],
                  [arm.constants], [_SIX])[0]
 
 
