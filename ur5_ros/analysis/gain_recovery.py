@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.error_dynamics import ErrorDynamics
-from ur5_ros.analysis.law_checks import gains_of, law_in_charge, sampling_factor
+from ur5_ros.analysis.law_promise import gains_of, law_in_charge, sampling_factor
 from ur5_ros.analysis.result import FAIL, PASS, Check, not_applicable
 from ur5_ros.analysis.series import Run
 from ur5_ros.config.validation import Marks

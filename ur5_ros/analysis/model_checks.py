@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.evidence import gather
-from ur5_ros.analysis.law_checks import largest
+from ur5_ros.analysis.law_promise import largest
 from ur5_ros.analysis.residual import residual
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.analysis.scheme import Scheme, schemes

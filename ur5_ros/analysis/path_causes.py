@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.law_checks import gains_of
+from ur5_ros.analysis.law_promise import gains_of
 from ur5_ros.analysis.model_checks import command_defect
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.analysis.series import Run
