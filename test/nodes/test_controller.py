@@ -102,7 +102,7 @@ def wrong_pose(**fields):
     return message
 
 
-@pytest.mark.parametrize(('topic', 'message', 'said'), [
+WRONG = [
     ('target_joints', JointState(name=list(JOINT_NAMES), position=[float('nan')] * 6), 'finite'),
     ('target_joints', JointState(name=list(JOINT_NAMES), position=[0.0] * 5), '5'),
     ('target_joints', JointState(name=['a'] * 6, position=[0.0] * 6), 'unknown'),
@@ -112,13 +112,27 @@ def wrong_pose(**fields):
     ('target_pose', wrong_pose(frame='moon'), 'moon'),
     ('joint_trajectory', JointTrajectory(joint_names=list(JOINT_NAMES)), 'point'),
     ('path', Path(), ''),
-])
-def test_a_wrong_target_is_refused_and_the_arm_holds(arm, topic, message, said):
-    arm.watcher.publisher(type(message), f'/ur5_control/{topic}').publish(message)
-    arm.control.says(f'refused /ur5_control/{topic}')
-    assert said in arm.control.text
-    count = len(arm.states)
-    wait_until(lambda: len(arm.states) > count + 100, 'a hundred states more')
+]
+
+
+def test_wrong_targets_are_refused_and_the_arm_holds(arm):
+    for topic, message, said in WRONG:
+        told = arm.watcher.hear(DiagnosticArray, '/diagnostics')
+        key = f'/ur5_control/{topic}: refused'
+
+        def count(told=told, key=key):
+            found = [int(pair.value) for message in told[-2:]
+                     for pair in message.status[0].values if pair.key == key]
+            return found[-1] if found else 0
+
+        wait_until(lambda told=told: len(told) > 2, 'diagnostics')
+        before = count()
+        arm.watcher.publisher(type(message), f'/ur5_control/{topic}').publish(message)
+        wait_until(lambda before=before: count() > before, f'{topic} refused')
+        assert any(said in pair.value for message in told[-2:]
+                   for pair in message.status[0].values if pair.key == 'last_refusal'), said
+    running = len(arm.states)
+    wait_until(lambda: len(arm.states) > running + 100, 'a hundred states more')
     assert np.abs(np.array(arm.states[-1].position) - HOME).max() < 1e-4
 
 

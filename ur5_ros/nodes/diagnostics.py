@@ -77,6 +77,8 @@ class Refusals:
     ) -> None:
         self.counts: dict[str, int] = {}
         """``'<topic>: <kind>'`` to how often."""
+        self.last = ''
+        """The last refusal in words."""
         self._warn = warn
         self._tell = tell
         self._throttle = Throttle()
@@ -101,6 +103,7 @@ class Refusals:
 
         """
         key = f'{topic}: {kind}'
+        self.last = f'{topic}: {reason}'
         count = self.counts[key] = self.counts.get(key, 0) + 1
         if self._throttle(key):
             self._warn(f'refused {topic}: {reason}' + (f' ({count} so far)' if count > 1 else ''))

@@ -21,6 +21,9 @@ MOST_BYTES = {
     'nav_msgs/msg/Path': 4_000_000,
 }
 
+#: Refused messages that are larger are not recorded either [bytes].
+MOST_RECORDED = 65_536
+
 
 def type_name(message_type: type) -> str:
     """Return ``package/msg/Name`` of a message class."""

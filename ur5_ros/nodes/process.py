@@ -3,6 +3,7 @@
 import gc
 import os
 import sys
+import traceback
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -15,8 +16,8 @@ from ur5_ros.errors import Refusal
 from ur5_ros.nodes.parameters import read_files
 from ur5_ros.nodes.shutdown import StopRequest
 
-#: Exit codes: done; bad input; done, but the recording lost something.
-DONE, REFUSED, LOSS = 0, 2, 3
+#: Exit codes: done; an error of the program; bad input; done, but the recording lost something.
+DONE, FAULT, REFUSED, LOSS = range(4)
 
 #: Highest domain whose ports fit (DDSI-RTPS 2.5, section 9.6.2.3: 7400 + 250 domain).
 HIGHEST_DOMAIN = 232
@@ -102,6 +103,14 @@ def run_node(
     sys.stderr.flush()
     # Nothing is left to be written; the destructors of the middleware have crashed at exit before.
     os._exit(code)
+
+
+def fault(logger: Any, error: Exception) -> str:
+    """Log an error that nobody foresaw in one line, where it is as a debug line; return it."""
+    reason = f'fault: {type(error).__name__}: {error}'
+    logger.error(reason)
+    logger.debug(''.join(traceback.format_exception(error)))
+    return reason
 
 
 def freeze_garbage() -> None:

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
@@ -55,6 +56,11 @@ class LoopRequests:
         if request.error is not None:
             raise request.error
         return request.result
+
+    def post(self, work: Callable[[], Any]) -> None:
+        """Have the loop do ``work`` some time; nobody waits."""
+        self._waiting.append(_Request(work))
+        self._wake()
 
     def serve(self) -> None:
         """Do what is waiting; the loop calls it between two periods."""
@@ -116,6 +122,16 @@ class Serving:
             except Exception:  # a callback's error must not end the others
                 if not self._ending:
                     traceback.print_exc()
+
+
+def look_around(node: Node, look: Callable[[], None]) -> None:
+    """
+    Call ``look`` every second of steady time, in the thread that serves.
+
+    Questions to the middleware's graph take as long as a control period: not the loop's work.
+
+    """
+    node.create_timer(1.0, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 
 def add_service(

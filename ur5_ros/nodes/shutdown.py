@@ -7,6 +7,17 @@ from types import FrameType
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
+def hold_signals() -> None:
+    """
+    Let signals wait until a :class:`StopRequest` listens.
+
+    The ROS packages from PyPI begin with executing Python once more: handlers and what they noted
+    are lost with that, the signals that wait are not.
+
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+
+
 class StopRequest:
     """
     What asks the loop to end: a signal, or the node itself.
@@ -21,9 +32,10 @@ class StopRequest:
         """Why; empty as long as nothing asked."""
 
     def listen(self) -> None:
-        """Take the signals over; a second one changes nothing."""
+        """Take the signals over, those that wait first; a second one changes nothing."""
         for number in SIGNALS:
             signal.signal(number, self._on_signal)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
 
     def ask(self, reason: str) -> None:
         """Ask for the end; the first reason stands."""

@@ -10,7 +10,7 @@ from std_msgs.msg import Float64MultiArray
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.errors import Refusal
 from ur5_ros.nodes.diagnostics import Refusals
-from ur5_ros.nodes.messages import EffortReader, read_message
+from ur5_ros.nodes.messages import MOST_RECORDED, EffortReader, read_message
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.serving import LoopRequests
 from ur5_ros.nodes.sim_services import StepQueue
@@ -18,9 +18,6 @@ from ur5_ros.nodes.simulation import Simulation, push
 from ur5_ros.nodes.topics import HEARD, HOT, Topics
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
-
-#: Larger messages are refused, and not recorded either [bytes].
-_MOST_RECORDED = 65_536
 
 
 class SimInputs:
@@ -98,7 +95,7 @@ class SimInputs:
                 take(topic, record, data)
             except Refusal as error:
                 self.refusals.add(topic, 'malformed', str(error))
-                if len(data) <= _MOST_RECORDED:
+                if len(data) <= MOST_RECORDED:
                     self._recording.write(record, data)
         if self.requests:
             self.requests.serve()

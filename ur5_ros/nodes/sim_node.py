@@ -2,15 +2,16 @@
 
 from collections.abc import Sequence
 
-from ur5_ros.nodes.shutdown import StopRequest
+from ur5_ros.nodes.shutdown import StopRequest, hold_signals
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the node; ``arguments`` is the command line, program name first."""
-    stop = StopRequest()
-    stop.listen()  # before the imports, which take longer than an impatient user
+    hold_signals()  # the imports take longer than an impatient user waits
     from ur5_ros.nodes.process import run_node
     from ur5_ros.nodes.simulator import Simulator
+    stop = StopRequest()
+    stop.listen()
     run_node(Simulator, stop, arguments)
 
 

@@ -7,16 +7,21 @@ from ur5_ros.nodes.topics import deaf_to
 
 
 def check_publishers(sim: Any) -> None:
-    """Tell the gate who commands the arm; warn of topics that carry another type."""
+    """Find out who commands the arm, and whom the node cannot hear; tell the loop."""
     names = {}
     for topic in sim.inputs.command_topics:
         found = sim.node.get_publishers_info_by_topic(topic)
         names[topic] = [(each.node_namespace.rstrip('/') + '/' + each.node_name)
                         for each in found]
-    sim.gate.publishers(names)
-    sim.publishers_conflict |= sum(map(len, names.values())) > 1
-    for sentence in deaf_to(sim.node, sim.topics):
-        sim.inputs.refusals.add(*sentence)
+    deaf = deaf_to(sim.node, sim.topics)
+
+    def tell() -> None:
+        sim.gate.publishers(names)
+        sim.publishers_conflict |= sum(map(len, names.values())) > 1
+        for sentence in deaf:
+            sim.inputs.refusals.add(*sentence)
+
+    sim.inputs.requests.post(tell)
 
 
 def counters(sim: Any) -> dict[str, Any]:
@@ -49,7 +54,9 @@ def report(sim: Any) -> None:
     elif sim.simulation.paused:
         word = 'paused'
     elif not gate.accepted:
-        word = 'waiting for the first command'
+        word = f'waiting for the first command on {" or ".join(sim.inputs.command_topics)}'
+        if sim.waiting_line('waiting'):
+            sim.logger.info(word)
     sim.outputs.diagnostics(plant.stamp, level, word, {
         'run': sim.run_name, 'state': plant.k, 'paused': sim.simulation.paused,
         'repeatable': gate.repeatable, **counters(sim),

@@ -10,10 +10,11 @@ from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.folder import new_run_name
 from ur5_ros.config import SIM_PARAMETERS, arm_text
 from ur5_ros.errors import Refusal
-from ur5_ros.nodes.diagnostics import EverySecond
+from ur5_ros.nodes.diagnostics import EverySecond, Throttle
 from ur5_ros.nodes.parameters import check_sections, declare
-from ur5_ros.nodes.process import DONE, LOSS, freeze_garbage
+from ur5_ros.nodes.process import DONE, FAULT, LOSS, fault, freeze_garbage
 from ur5_ros.nodes.recording import Recording, run_of
+from ur5_ros.nodes.serving import look_around
 from ur5_ros.nodes.shutdown import StopRequest
 from ur5_ros.nodes.sim_inputs import SimInputs
 from ur5_ros.nodes.sim_loop import SimLoop
@@ -48,7 +49,7 @@ class Simulator:
         if self.node.get_parameter('use_sim_time').value:
             raise Refusal('use_sim_time is true, but this node makes the time; leave it false')
         self.stop = stop
-        self._logger = self.node.get_logger()
+        self.logger = self.node.get_logger()
         self.run_name = run_of(parameters['bag'], new_run_name)
         plant = plant_from_parameters(parameters)
         self.recording = Recording(parameters['bag'], 'sim', parameters['max_bagfile_duration'],
@@ -56,7 +57,7 @@ class Simulator:
         loop = make_loop(self.node, parameters['hot_loop'])
         topics = self.topics = Topics(self.node, loop, self.recording)
         self.outputs = SimOutputs(self.node, topics, self.recording, parameters, plant.arm.name)
-        self.simulation = Simulation(plant, self.outputs, self._logger, parameters)
+        self.simulation = Simulation(plant, self.outputs, self.logger, parameters)
         self.gate = CommandGate([parameters['tf_prefix'] + name for name in JOINT_NAMES],
                                 parameters, time.monotonic)
         self.steps = StepQueue(self.node, loop)
@@ -71,14 +72,23 @@ class Simulator:
         self._every_second = EverySecond()
         self.publishers_conflict = False
         """Whether two nodes ever commanded the arm at once."""
+        self.waiting_line = Throttle()
+        look_around(self.node, lambda: check_publishers(self))
         loop.start()
         self._loop = loop
 
     def run(self) -> int:
         """Simulate until the end; return the exit code."""
         where = self.recording.folder or 'nowhere'
-        self._logger.info(f'run {self.run_name}, recorded in {where}')
+        self.logger.info(f'run {self.run_name}, recorded in {where}')
         freeze_garbage()
+        try:
+            self._run()
+        except Exception as error:
+            return max(FAULT, self._end(fault(self.logger, error)))
+        return self._end(self.stop.reason)
+
+    def _run(self) -> None:
         simulation, turn, every_second = self.simulation, self._turns.turn, self._every_second
         self._turns.begin()
         while not self.stop.reason:
@@ -86,9 +96,7 @@ class Simulator:
             if simulation.finished:
                 self.stop.ask('stop_after')
             if every_second.due():
-                check_publishers(self)
                 report(self)
-        return self._end()
 
     def pause(self, wanted: bool) -> str:
         """Stop or let go simulated time."""
@@ -111,15 +119,15 @@ class Simulator:
                 self.simulation.plant.change(name, value)
         self.simulation.send_events(self.simulation.plant)
 
-    def _end(self) -> int:
+    def _end(self, reason: str) -> int:
         self.inputs.requests.close()
-        if self.stop.reason != 'stop_after':
+        if reason == self.stop.reason != 'stop_after':
             self.simulation.rest()
         self.steps.refuse_all(self.simulation, 'the node ends')
         report(self)
         self._loop.close()
         self.recording.end({
-            'reason': self.stop.reason, 'run': self.run_name,
+            'reason': reason, 'run': self.run_name,
             'hashes': {'joint_states': self.outputs.hash.hexdigest(),
                        'joint_command': self.inputs.hash.hexdigest()},
             'periods': self.outputs.hash.count, 'lockstep_fired': self.gate.fired,
@@ -129,7 +137,6 @@ class Simulator:
         self.simulation.plant.close()
         lost, failure = self.recording.lost, self.recording.failure
         if lost or failure:
-            self._logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
-        self._logger.info(f'ends at {self.simulation.plant.stamp * 1e-9:.3f} s: '
-                          f'{self.stop.reason}')
+            self.logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
+        self.logger.info(f'ends at {self.simulation.plant.stamp * 1e-9:.3f} s: {reason}')
         return LOSS if lost or failure else DONE

@@ -17,12 +17,12 @@ from ur5_ros.nodes.answering import Answering
 from ur5_ros.nodes.control_inputs import ControlInputs
 from ur5_ros.nodes.control_services import offer_services
 from ur5_ros.nodes.control_topics import ControlOutputs
-from ur5_ros.nodes.diagnostics import ERROR, EverySecond, Refusals
-from ur5_ros.nodes.messages import MOST_BYTES, read_message
+from ur5_ros.nodes.diagnostics import ERROR, EverySecond, Refusals, Throttle
+from ur5_ros.nodes.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.parameters import check_sections, declare
-from ur5_ros.nodes.process import DONE, LOSS, freeze_garbage
+from ur5_ros.nodes.process import DONE, LOSS, fault, freeze_garbage
 from ur5_ros.nodes.recording import Recording, refuse_folder
-from ur5_ros.nodes.serving import LoopRequests
+from ur5_ros.nodes.serving import LoopRequests, look_around
 from ur5_ros.nodes.shutdown import StopRequest
 from ur5_ros.nodes.topics import HOT, KEPT, Topics, deaf_to, make_loop
 
@@ -77,30 +77,37 @@ class Steering:
             self._heard[number] = (topics.names[role], record, take)
         self._run_name = ''
         self._changes: list[dict[str, Any]] = []
+        self._robots = 0
         self._every_second = EverySecond()
+        self._waiting_line = Throttle()
         offer_services(self.node, self)
+        look_around(self.node, self._look_around)
         loop.start()
         self._loop = loop
 
     def run(self) -> int:
         """Answer states until asked to end; return the exit code."""
-        self._logger.info('waiting for states')
+        self._logger.info(f'waiting for states on {self._names["joint_states"]}')
         freeze_garbage()
-        heard, wait, record_limit = self._heard, self._wait, max(MOST_BYTES.values())
         while not self._stop.reason:
-            for number, data in wait(GLANCE):
-                topic, record, take = heard[number]
-                try:
-                    take(record, data)
-                except Refusal as error:
-                    self.refusals.add(topic, 'refused', str(error))
-                    if len(data) <= record_limit:
-                        self.recording.write(record, data)
+            for number, data in self._wait(GLANCE):
+                self._hear(number, data)
             if self.requests:
                 self.requests.serve()
             if self._every_second.due():
-                self._look_around()
+                self._report()
         return self._end()
+
+    def _hear(self, number: int, data: bytes) -> None:
+        topic, record, take = self._heard[number]
+        try:
+            take(record, data)
+        except Refusal as error:
+            self.refusals.add(topic, 'refused', str(error))
+            if len(data) <= MOST_RECORDED:
+                self.recording.write(record, data)
+        except Exception as error:  # without an answer the robot brakes; the next state may do
+            self.refusals.add(topic, 'fault', fault(self._logger, error))
 
     def change(self, changes: dict[str, Any]) -> None:
         """Change live parameters; they act from the next state, and the bag knows."""
@@ -133,6 +140,8 @@ class Steering:
         self.recording.begin(name, describe(
             'control', name, self.answering.controller.arm.name, arm_text(arm),
             self.answering.controller.parameters, self._names, fingerprint()))
+        if self._changes:
+            self.recording.note('parameter_changes', {'changes': self._changes})
         if self.recording.folder:
             self._logger.info(f'recording {self.recording.folder}')
 
@@ -149,24 +158,36 @@ class Steering:
         return {**self.answering.counters(), **self.refusals.counts}
 
     def _look_around(self) -> None:
+        """Find out who plays the robot, and whom the node cannot hear; tell the loop."""
+        found = deaf_to(self.node, self._topics)
+        states = self._names['joint_states']
+        robots = [each.node_name for each in self.node.get_publishers_info_by_topic(states)]
+        if len(robots) > 1:
+            found.append((states, 'two robots',
+                          f'published by {", ".join(sorted(robots))}; keep one of them'))
+
+        def tell() -> None:
+            self._robots = len(robots)
+            for sentence in found:
+                self.refusals.add(*sentence)
+
+        self.requests.post(tell)
+
+    def _report(self) -> None:
         self.answering.watch()
         if self.recording.failure:
             self.refusals.add('bag', 'failure', self.recording.failure)
-        if not self._run_name and self.answering.first_at and (
-                time.monotonic() - self.answering.first_at > NAMING_TIME):
+        if not self.answering.first_at:
+            if self._waiting_line('waiting'):
+                self._logger.info(f'waiting for states on {self._names["joint_states"]}')
+        elif not self._run_name and time.monotonic() - self.answering.first_at > NAMING_TIME:
             self._open_bag(new_run_name())
             self._logger.warning('no simulator named the run; it is called ' + self._run_name)
-        for sentence in deaf_to(self.node, self._topics):
-            self.refusals.add(*sentence)
         level, word, values = self.answering.report()
-        robots = [each.node_name for each in self.node.get_publishers_info_by_topic(
-            self._names['joint_states'])]
-        if len(robots) > 1:
-            level = ERROR
-            self.refusals.add(self._names['joint_states'], 'two robots',
-                              f'published by {", ".join(sorted(robots))}; keep one of them')
+        values['last_refusal'] = self.refusals.last or values['last_refusal']
         values |= self.counters() | {'bag_lost': self.recording.lost}
-        self.outputs.diagnostics(self.answering.stamp, level, word, values)
+        self.outputs.diagnostics(self.answering.stamp, ERROR if self._robots > 1 else level, word,
+                                 values)
 
     def _end(self) -> int:
         self.requests.close()
