@@ -1,0 +1,179 @@
+"""
+Both nodes for a long time: memory at the same phase of the split cycle, lateness, every part read.
+
+    python benchmarks/soak.py [--minutes 60] [--split 60] [--json FILE]
+
+Half of the time in lockstep, half paced by the wall clock.  Each bag part is read as soon as it is
+closed - whole, its stamps joined to the part before without a gap - and removed, so that an hour
+needs no more room than some minutes.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+
+from ur5_ros.bag.reader import open_bag
+from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
+from ur5_ros.loop.plan import Plan, plan_run
+from ur5_ros.loop.processes import NodeProcesses
+
+#: Allowed growth of a node's memory between warm-up and end [MiB].
+GROWTH = 5.0
+#: Share of the time that is warm-up: five minutes of an hour.
+WARM_UP = 1 / 12
+#: Allowed growth of the median lateness of a paced state [s]; half a period.
+LATER = 0.5e-3
+NODES = {'sim': ('ur5_ros.nodes.sim_node', '/joint_states'),
+         'control': ('ur5_ros.nodes.control_node', '/joint_command')}
+
+
+class Parts:
+    """
+    Reads the parts of one node's bag as they are closed.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Bag folder that grows.
+    topic : str
+        The topic that has a message every period.
+    period : int
+        Length of a period [ns].
+
+    """
+
+    def __init__(self, folder: Path, topic: str, period: int):
+        self._folder, self._topic, self._period = folder, topic, period
+        self._read = 0
+        self._last: int | None = None
+        self.states, self.gaps, self.problems = 0, 0, []
+        self.lateness: list[float] = []
+
+    def number(self, path: Path) -> int:
+        """Return the place of a part among the others."""
+        return int(path.stem.rpartition('_')[2])
+
+    def closed(self, all_of_them: bool = False) -> bool:
+        """Read the parts that are closed by now; tell whether there was a new one."""
+        parts = sorted(self._folder.glob('*.mcap'), key=self.number)
+        ready = parts if all_of_them else parts[:-1]
+        for path in ready:
+            self._check(path)
+            path.unlink()
+            self._read += 1
+        return bool(ready)
+
+    def _check(self, path: Path) -> None:
+        bag = open_bag(path)
+        columns = bag.joint_states(self._topic)
+        self.problems += [f'{path.name}: {problem}' for problem in bag.problems]
+        if not len(columns.stamp):
+            self.problems.append(f'{path.name}: no {self._topic} in it')
+            return
+        stamps = np.unique(columns.stamp)  # copies of state 1 before the first answer
+        if self._last is not None:
+            stamps = np.concatenate([[self._last], stamps])
+        self.gaps += int((np.abs(np.diff(stamps) - self._period) > 2).sum())
+        self._last = int(stamps[-1])
+        self.states += len(columns.stamp)
+        behind = (columns.log_time - columns.stamp) * 1e-9
+        self.lateness.append(float(np.median(behind)))
+
+
+def soak(lockstep: bool, minutes: float, split: float, folder: Path) -> dict:
+    """Run both nodes for some minutes; return what was seen, with ``failures`` in words."""
+    plan = plan_run(control={'max_bagfile_duration': split}, sim={
+        'stop_after': 0.0, 'lockstep': lockstep, 'max_bagfile_duration': split})
+    parts = {name: Parts(folder / name, topic, 10**9 // plan.sim['control_rate'])
+             for name, (_, topic) in NODES.items()}
+    memory: dict[str, list[tuple[float, float]]] = {name: [] for name in NODES}
+    with NodeProcesses(folder) as nodes:
+        for name, (module, _) in NODES.items():
+            nodes.start(name, module, changed(name, plan) | {'bag': str(folder / name)})
+        watched = {name: psutil.Process(nodes.pid(name)) for name in NODES}
+        began = time.monotonic()
+        while (now := time.monotonic() - began) < 60.0 * minutes:
+            time.sleep(0.2)
+            for name in NODES:
+                if nodes.poll(name) is not None:
+                    raise SystemExit(f'{name}_node ended: {nodes.last_words(name)}')
+                if parts[name].closed():
+                    resident = watched[name].memory_info().rss / 2**20
+                    memory[name].append((now, resident))
+                    say(f'{now:7.0f} s  {name:8}{resident:8.1f} MiB')
+        codes = {name: nodes.end(name) for name in NODES}
+    for each in parts.values():
+        each.closed(all_of_them=True)
+    return judge(lockstep, minutes, parts, memory, codes)
+
+
+def changed(name: str, plan: Plan) -> dict:
+    """Return the parameters of a node that are not what they are anyway."""
+    given, declared = ((plan.sim, SIM_PARAMETERS) if name == 'sim'
+                       else (plan.control, CONTROL_PARAMETERS))
+    usual = complete(declared, {})
+    return {key: value for key, value in given.items() if value != usual[key]}
+
+
+def judge(lockstep: bool, minutes: float, parts: dict[str, Parts], memory: dict,
+          codes: dict[str, int]) -> dict:
+    """Return the figures of a soak and what is wrong with them."""
+    figures: dict = {'mode': 'lockstep' if lockstep else 'paced', 'minutes': minutes}
+    failures = []
+    for name, each in parts.items():
+        figures[f'{name} states'], figures[f'{name} gaps'] = each.states, each.gaps
+        if each.gaps and (lockstep or name == 'sim'):  # paced, a late answer is no answer
+            failures.append(f'{name}: {each.gaps} gaps between stamps')
+        failures += [f'{name}: {problem}' for problem in each.problems]
+        if codes[name] != 0:
+            failures.append(f'{name}_node ended with code {codes[name]}')
+        warm = [resident for when, resident in memory[name] if when >= 60 * minutes * WARM_UP]
+        if len(warm) < 2:
+            failures.append(f'{name}: {len(warm)} splits after the warm-up; run longer')
+            continue
+        figures[f'{name} memory [MiB]'] = [round(warm[0], 1), round(warm[-1], 1)]
+        if warm[-1] - warm[0] > GROWTH:
+            failures.append(f'{name}: memory grew by {warm[-1] - warm[0]:.1f} MiB; '
+                            f'at most {GROWTH:g}')
+    if not lockstep:
+        late = parts['sim'].lateness
+        figures['lateness drift [ms]'] = round(1e3 * (late[-1] - late[0]), 3)
+        if late[-1] - late[0] > LATER:
+            failures.append(f'states came {1e3 * (late[-1] - late[0]):.2f} ms later at the end '
+                            f'than at the start; at most {1e3 * LATER:g}')
+    return figures | {'failures': failures}
+
+
+def say(line: str) -> None:
+    """Print a line of progress."""
+    print(line, file=sys.stderr, flush=True)
+
+
+def main() -> int:
+    """Run both modes; 0 if nothing failed."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().partition('\n')[0])
+    parser.add_argument('--minutes', type=float, default=60.0, help='for both modes together')
+    parser.add_argument('--split', type=float, default=60.0, help='length of a bag part [s]')
+    parser.add_argument('--json', type=Path, help='figures as JSON')
+    arguments = parser.parse_args()
+    results = []
+    for lockstep in (True, False):
+        say(f'{"lockstep" if lockstep else "paced"}, {arguments.minutes / 2:g} minutes')
+        with tempfile.TemporaryDirectory(prefix='ur5-soak-') as folder:
+            results.append(soak(lockstep, arguments.minutes / 2, arguments.split, Path(folder)))
+    for result in results:
+        for key, value in result.items():
+            print(f'{key}: {value}')
+    if arguments.json:
+        arguments.json.write_text(json.dumps(results, indent=1) + '\n', encoding='utf-8')
+    return 1 if any(result['failures'] for result in results) else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
