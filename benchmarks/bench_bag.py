@@ -41,18 +41,18 @@ def write_bag(folder: Path, messages: int) -> int:
 
 
 def load_ours(folder: Path) -> float:
-    """Return the seconds in which we load all states into arrays."""
-    start = time.perf_counter()
+    """Return the processor seconds in which we load all states into arrays."""
+    start = time.process_time()
     states = open_bag(folder).joint_states('/joint_states')
-    taken = time.perf_counter() - start
+    taken = time.process_time() - start
     assert states.position.shape[1] == 6 and states.skipped == 0
     return taken
 
 
 def load_rosbags(folder: Path) -> float:
-    """Return the seconds in which rosbags and a loop over its messages fill the same arrays."""
+    """Return the processor seconds in which rosbags and a loop fill the same arrays."""
     from rosbags.highlevel import AnyReader
-    start = time.perf_counter()
+    start = time.process_time()
     with AnyReader([folder]) as reader:
         number = reader.message_count
         stamp, table = np.empty(number, np.int64), np.empty((3, number, 6))
@@ -60,14 +60,14 @@ def load_rosbags(folder: Path) -> float:
             state = reader.deserialize(data, connection.msgtype)
             stamp[k] = state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec
             table[0, k], table[1, k], table[2, k] = state.position, state.velocity, state.effort
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 def load_mcap_ros2(folder: Path) -> float:
-    """Return the seconds in which mcap-ros2-support and a loop fill the same arrays."""
+    """Return the processor seconds in which mcap-ros2-support and a loop fill the same arrays."""
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
-    start = time.perf_counter()
+    start = time.process_time()
     stamp, position, velocity, effort = [], [], [], []
     for path in sorted(folder.glob('*.mcap')):
         with open(path, 'rb') as file:
@@ -78,7 +78,7 @@ def load_mcap_ros2(folder: Path) -> float:
                 velocity.append(state.velocity)
                 effort.append(state.effort)
     np.array(stamp), np.array(position), np.array(velocity), np.array(effort)
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 MEMORY = """
