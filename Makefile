@@ -2,6 +2,8 @@
 #   make demo    the paper's experiment: two nodes, two bags, the verdict
 #   make test    linters, types, import contracts, every test
 SHELL := /bin/bash
+# nodes are started hundreds of times: let Python keep what it compiles
+unexport PYTHONDONTWRITEBYTECODE
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:

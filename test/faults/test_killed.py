@@ -1,9 +1,9 @@
 """Nodes killed, frozen, signalled and restarted at any instant."""
 
-import json
 import random
 import signal
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -168,6 +168,7 @@ def test_a_signal_loses_nothing(ros, number, phase, often, record_property):
         folder = ros.folder / f'run_{attempt}' / 'sim'
         sim = ros.start('sim', lockstep=False, control_rate=500, bag=str(folder))
         if phase == 'start-up':
+            wait_until(lambda: holds_signals(sim.pid), 'the first line of the node')  # noqa: B023
             time.sleep(random.Random(attempt).uniform(0.0, 0.6))  # at any instant of it
         else:
             wait_until(folder.is_dir, 'a bag')
@@ -181,7 +182,7 @@ def test_a_signal_loses_nothing(ros, number, phase, often, record_property):
                 sim.popen.send_signal(number)
         code = sim.ends()
         worst = max(worst, time.monotonic() - began)
-        assert code == 0 or (phase == 'start-up' and code == -number), sim.text
+        assert code == 0, sim.text
         assert 'Traceback' not in sim.text
         if folder.is_dir():
             bag = open_bag(folder)
@@ -190,5 +191,13 @@ def test_a_signal_loses_nothing(ros, number, phase, often, record_property):
             assert np.array_equal(np.diff(stamps), np.full(max(len(stamps) - 1, 0), 2_000_000))
             assert bag.notes['summary']['periods'] == len(stamps)
     record_property('signal to exit [s]', worst)
-    assert worst < 10.0  # the promise is 2 s; the scorecard prints the figure
-    assert json.dumps(worst)
+
+
+def holds_signals(pid: int) -> bool:
+    """Tell whether a process has come so far as to hold SIGINT back or to handle it."""
+    try:
+        status = Path(f'/proc/{pid}/status').read_text()
+    except OSError:
+        return True
+    masks = dict(line.split(':\t') for line in status.splitlines() if line.startswith('Sig'))
+    return bool(int(masks['SigBlk'], 16) & 2)
