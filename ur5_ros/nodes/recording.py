@@ -172,9 +172,9 @@ def refuse_folder(where: str) -> None:
 
 def run_of(where: str, new_name: Callable[[], str]) -> str:
     """
-    Return the name of the run that a simulator begins.
+    Return the name of the run that a node begins.
 
-    A folder ``<run>/sim`` names it; otherwise it gets a new name.
+    A folder ``<run>/sim`` or ``<run>/control`` names it; otherwise it gets a new name.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def run_of(where: str, new_name: Callable[[], str]) -> str:
     refuse_folder(where)
     folder = Path(where).expanduser()
     parent = folder.absolute().parent.name
-    return parent if folder.name == 'sim' and parent else new_name()
+    return parent if folder.name in ('sim', 'control') and parent else new_name()
 
 
 def _forget(topic: int, data: bytes) -> None:

@@ -21,7 +21,7 @@ from ur5_ros.nodes.diagnostics import ERROR, EverySecond, Refusals, Throttle
 from ur5_ros.nodes.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.parameters import check_sections, declare
 from ur5_ros.nodes.process import DONE, LOSS, fault, freeze_garbage
-from ur5_ros.nodes.recording import Recording, refuse_folder
+from ur5_ros.nodes.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.serving import LoopRequests, look_around
 from ur5_ros.nodes.shutdown import StopRequest
 from ur5_ros.nodes.topics import HOT, KEPT, Topics, deaf_to, make_loop
@@ -181,7 +181,7 @@ class Steering:
             if self._waiting_line('waiting'):
                 self._logger.info(f'waiting for states on {self._names["joint_states"]}')
         elif not self._run_name and time.monotonic() - self.answering.first_at > NAMING_TIME:
-            self._open_bag(new_run_name())
+            self._open_bag(run_of(self.recording.where, new_run_name))
             self._logger.warning('no simulator named the run; it is called ' + self._run_name)
         level, word, values = self.answering.report()
         values['last_refusal'] = self.refusals.last or values['last_refusal']
@@ -193,7 +193,7 @@ class Steering:
         self.requests.close()
         self._loop.close()
         if self.recording.where and not self.recording.is_open and self.answering.first_at:
-            self._open_bag(new_run_name())
+            self._open_bag(run_of(self.recording.where, new_run_name))
         self._close_bag(self._stop.reason)
         lost, failure = self.recording.lost, self.recording.failure
         if lost or failure:
