@@ -150,7 +150,7 @@ def identify(
 def recover(
     run: Run,
     out: Annotated[Path | None, typer.Option(
-        '-o', '--out', metavar='FOLDER', help='Where to write; RUN_recovered by default.')] = None,
+        '-o', '--out', metavar='FOLDER', help='Where to write; RUN.recovered by default.')] = None,
 ) -> int:
     """Mend a bag that a crash left; the original stays."""
     from ur5_ros.cli import bags
