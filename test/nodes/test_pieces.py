@@ -1,0 +1,197 @@
+"""The parts of the nodes by themselves: names, poses, recordings, requests, sections."""
+
+import resource
+import signal
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ur5_ros.bag.cdr import FixedJointState
+from ur5_ros.bag.poses import position_and_quaternion
+from ur5_ros.bag.reader import open_bag
+from ur5_ros.control.targets import pose_matrix
+from ur5_ros.errors import Refusal
+from ur5_ros.nodes.diagnostics import Refusals, Throttle
+from ur5_ros.nodes.messages import EffortReader, StateReader, order_of
+from ur5_ros.nodes.parameters import matches
+from ur5_ros.nodes.process import check_environment
+from ur5_ros.nodes.recording import Recording, run_of
+from ur5_ros.nodes.serving import LoopRequests
+from ur5_ros.signals import JOINT_NAMES
+
+
+@pytest.mark.parametrize(('section', 'node', 'meant'), [
+    ('/ur5_sim', '/ur5_sim', True), ('ur5_sim', '/ur5_sim', True), ('/**', '/a/ur5_sim', True),
+    ('/**/ur5_sim', '/a/b/ur5_sim', True), ('/**/ur5_sim', '/ur5_sim', True),
+    ('/*/ur5_sim', '/a/ur5_sim', True), ('/*/ur5_sim', '/a/b/ur5_sim', False),
+    ('/ur5_sim', '/a/ur5_sim', False), ('/ur5_control', '/ur5_sim', False),
+    ('/a/ur5_sim', '/a/ur5_sim', True),
+])
+def test_sections_of_parameter_files_are_read_as_rcl_reads_them(section, node, meant):
+    assert matches(section, node) == meant
+
+
+@given(st.permutations(JOINT_NAMES))
+def test_any_order_of_names_gives_the_same_joints(names):
+    values = {name: float(place) for place, name in enumerate(JOINT_NAMES)}
+    given_values = np.array([values[name] for name in names])
+    assert given_values[order_of(names, JOINT_NAMES)].tolist() == list(range(6))
+
+
+@pytest.mark.parametrize(('names', 'said'), [
+    (JOINT_NAMES[:5], 'missing'), (JOINT_NAMES + ('seventh',), 'unknown'),
+    (JOINT_NAMES[:5] + JOINT_NAMES[:1], 'twice'), ((), 'missing')])
+def test_wrong_names_are_refused_by_name(names, said):
+    with pytest.raises(Refusal, match=said):
+        order_of(names, JOINT_NAMES)
+
+
+def test_readers_take_their_own_layout_and_any_other_alike():
+    numbers = np.arange(1.0, 7.0)
+    own = FixedJointState(JOINT_NAMES)
+    other = FixedJointState(JOINT_NAMES[::-1], 'some_frame')
+    reader = StateReader(JOINT_NAMES)
+    for state in (reader.read(own.encode(5, numbers, 2 * numbers, 3 * numbers)),
+                  reader.read(other.encode(5, numbers[::-1], 2 * numbers[::-1],
+                                           3 * numbers[::-1]))):
+        assert state.stamp == 5
+        assert state.q.tolist() == numbers.tolist()
+        assert state.qd.tolist() == (2 * numbers).tolist()
+        assert state.effort.tolist() == (3 * numbers).tolist()
+    stamp, names, effort = EffortReader(JOINT_NAMES).read(
+        other.encode(7, numbers, numbers, numbers))
+    assert (stamp, names, list(effort)) == (7, JOINT_NAMES[::-1], numbers.tolist())
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(
+    lambda values: np.linalg.norm(values) > 0.1))
+def test_a_pose_comes_back_from_its_quaternion(values):
+    quaternion = np.array(values) / np.linalg.norm(values)
+    transform = pose_matrix([1.0, 2.0, 3.0], quaternion)
+    position, again = position_and_quaternion(transform)
+    assert position.tolist() == [1.0, 2.0, 3.0]
+    assert again[3] >= 0.0
+    assert np.allclose(pose_matrix(position, again), transform, atol=1e-12)
+
+
+def record(recording, count=3):
+    topic = recording.topic('/x', 'sensor_msgs/msg/JointState')
+    layout = FixedJointState(JOINT_NAMES)
+    for k in range(count):
+        recording.write(topic, layout.encode(k + 1, *np.ones((3, 6))))
+    return layout
+
+
+def test_what_comes_before_the_run_has_a_name_is_recorded(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    recording = Recording('auto', 'control', 60.0, 0)
+    record(recording)
+    assert not recording.is_open
+    recording.begin('a_run', {'node': 'control'})
+    recording.write(1, FixedJointState(JOINT_NAMES).encode(4, *np.ones((3, 6))))
+    recording.end({'reason': 'done'})
+    bag = open_bag(tmp_path / 'bags' / 'a_run' / 'control')
+    assert bag.joint_states('/x').stamp.tolist() == [1, 2, 3, 4]
+    assert bag.notes['summary']['reason'] == 'done'
+    assert recording.lost == 0
+
+
+def test_no_recording_is_asked_for_by_an_empty_word(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    recording = Recording('', 'sim', 60.0, 0)
+    record(recording)
+    recording.begin('a_run', {})
+    recording.end({})
+    assert recording.lost == 0
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_is_told_and_ends_no_recording_node(tmp_path):
+    recording = Recording(str(tmp_path / 'bag'), 'sim', 60.0, 0)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        topic = recording.topic('/x', 'sensor_msgs/msg/JointState')
+        recording.begin('a_run', {})
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
+        noise = np.random.default_rng(1)
+        layout = FixedJointState(JOINT_NAMES)
+        for k in range(2000):
+            recording.write(topic, layout.encode(k + 1, *noise.random((3, 6))))
+        recording.end({})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert recording.lost > 0
+    assert recording.failure
+
+
+def test_a_folder_names_its_run(tmp_path):
+    assert run_of(str(tmp_path / 'mine' / 'sim'), lambda: 'new') == 'mine'
+    assert run_of('auto', lambda: 'new') == 'new'
+    with pytest.raises(Refusal, match='exists'):
+        run_of(str(tmp_path), lambda: 'new')
+
+
+def test_requests_of_other_threads_are_done_by_the_loop_in_turn():
+    woken = threading.Event()
+    requests = LoopRequests(woken.set)
+    done = []
+
+    def refuse():
+        raise Refusal('no')
+
+    def ask():
+        done.append(requests.call(lambda: threading.get_ident()))
+        with pytest.raises(Refusal, match='no'):
+            requests.call(refuse)
+        done.append('refused')
+
+    other = threading.Thread(target=ask)
+    other.start()
+    while other.is_alive():
+        woken.wait(5.0)
+        woken.clear()
+        requests.serve()
+        other.join(0.01)
+    assert done == [threading.get_ident(), 'refused']
+
+
+def test_refusals_are_all_counted_and_told_now_and_then():
+    lines = []
+    refusals = Refusals(lines.append)
+    for _ in range(1000):
+        refusals.add('/topic', 'kind', 'the reason')
+    refusals.add('/topic', 'other', 'another reason')
+    assert refusals.counts == {'/topic: kind': 1000, '/topic: other': 1}
+    assert refusals.last == '/topic: another reason'
+    assert len(lines) == 2
+
+
+def test_a_throttle_lets_a_line_through_again_after_its_time():
+    now = [0.0]
+    throttle = Throttle(5.0, lambda: now[0])
+    assert throttle('a')
+    assert throttle('b')
+    now[0] = 4.9
+    assert not throttle('a')
+    now[0] = 5.0
+    assert throttle('a')
+
+
+@pytest.mark.parametrize('environment', [
+    {'ROS_DOMAIN_ID': '-1'}, {'ROS_DOMAIN_ID': '1.5'}, {'ROS_DOMAIN_ID': '300'},
+    {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Permissive'},
+    {'ROS_SECURITY_ENABLE': 'true'}, {'UR5_ROS_CORE': 'first'}])
+def test_an_environment_that_is_not_what_it_seems_is_refused(environment):
+    with pytest.raises(Refusal, match=next(iter(environment))):
+        check_environment(environment)
+
+
+def test_an_ordinary_environment_serves():
+    check_environment({})
+    check_environment({'ROS_DOMAIN_ID': '', 'ROS_SECURITY_ENABLE': 'false'})
+    check_environment({'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce'})
