@@ -19,7 +19,7 @@ def ur5(tmp_path):
     environment = {**os.environ, 'COLUMNS': '80'}
     environment.pop('FORCE_COLOR', None)
 
-    def run(*arguments, folder=tmp_path, seconds=120):
+    def run(*arguments, folder=tmp_path, seconds=300):
         done = subprocess.run(
             [sys.executable, '-c', 'from ur5_ros.cli import main; main()',
              *map(str, arguments)],

@@ -97,7 +97,7 @@ def test_an_interrupted_demo_leaves_no_process_and_a_readable_run(ur5, tmp_path,
         children = children_of(demo.pid)
         assert len(children) >= 2
         demo.send_signal(number)
-        out, err = demo.communicate(timeout=60)
+        out, err = demo.communicate(timeout=120)
     finally:
         demo.kill()
         demo.wait()

@@ -201,6 +201,17 @@ def test_failures_leave_their_bags_and_the_others_do_not(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == failed
 
 
+def test_a_run_by_the_two_nodes_has_the_row_of_the_loop(tmp_path):
+    text = SPEC.replace('[0.0, 0.5]', '[0.1]').replace('count: 3', 'count: 1').replace(
+        'from: 5.0, to: 50.0', 'from: 5.0, to: 5.0')
+    rows = []
+    for engine in ('loop', 'nodes'):
+        spec = spec_of(text + f'engine: {engine}\nkeep: failures\n')
+        rows += [row_of(spec, run, tmp_path / engine) for run in expand(spec)]
+    assert rows[0] == rows[1] and rows[0]['success']
+    assert not list(tmp_path.rglob('*.mcap'))
+
+
 def test_every_check_of_the_validator_has_its_columns():
     spec = spec_of('name: judged\nduration: 0.5\nvary:\n  arm: [ur5]\n')
     row = row_of(spec, next(expand(spec)), None)
@@ -255,7 +266,7 @@ def test_the_command_runs_resumes_reports_and_repeats_one_run(tmp_path):
     def ur5(*arguments):
         done = subprocess.run(
             [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'sweep',
-             *map(str, arguments)], cwd=tmp_path, capture_output=True, text=True, timeout=200)
+             *map(str, arguments)], cwd=tmp_path, capture_output=True, text=True, timeout=400)
         assert 'Traceback' not in done.stderr, done.stderr
         return done
 
@@ -292,7 +303,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
         while not list(parts.glob('*.parquet')) and time.monotonic() < end:
             time.sleep(0.05)
         os.killpg(sweep.pid, signal.SIGINT)
-        out, err = sweep.communicate(timeout=60)
+        out, err = sweep.communicate(timeout=120)
     finally:
         if sweep.poll() is None:
             os.killpg(sweep.pid, signal.SIGKILL)

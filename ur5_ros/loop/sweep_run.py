@@ -5,6 +5,8 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -83,16 +85,20 @@ def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
     """
     plan = plan_of(spec, run)
     folder = bags / f'{run.number:06d}' if bags is not None else None
+    by_nodes = spec.engine == 'nodes'
     try:
-        if spec.engine == 'nodes':
-            found = _by_nodes(plan, folder)
+        if by_nodes:
+            with TemporaryDirectory(prefix='ur5-sweep-') as away:
+                measured = _judged(spec, _by_nodes(plan, folder or Path(away) / 'run'))
         else:
-            found = _by_loop(plan, folder if spec.keep == 'all' else None)
-        measured = _judged(spec, found)
+            measured = _judged(spec, _by_loop(plan, folder if spec.keep == 'all' else None))
     except (Refusal, ArithmeticError, np.linalg.LinAlgError) as error:
         measured = {'status': 'failed', 'success': False, 'why': str(error)}
-    if spec.engine == 'loop' and spec.keep == 'failures' and not measured['success'] and folder:
-        _by_loop(plan, folder)
+    if spec.keep == 'failures' and folder is not None:
+        if by_nodes and measured['success']:
+            rmtree(folder)
+        elif not by_nodes and not measured['success']:
+            _by_loop(plan, folder)  # the same run again, to the bit
     return inputs_of(run) | measured
 
 

@@ -52,7 +52,8 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
         raise Refusal(f'--workers {number}; give at least 1')
     with dask.config.set({'distributed.worker.daemon': True}), \
             LocalCluster(n_workers=number, threads_per_worker=1, processes=True,
-                         dashboard_address=None, silence_logs=logging.CRITICAL) as local:
+                         dashboard_address='127.0.0.1:0',
+                         silence_logs=logging.CRITICAL) as local:
         yield local.scheduler_address
 
 
