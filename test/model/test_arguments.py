@@ -194,6 +194,16 @@ def test_compiled_kernels_are_kept_and_taken_from_the_cache(tmp_path):
     assert list(tmp_path.rglob('*.nbc')) == kept
 
 
+def test_a_damaged_cache_does_no_harm(tmp_path):
+    wanted = run(CALL, NUMBA_CACHE_DIR=str(tmp_path))
+    for path in tmp_path.rglob('*.nbi'):
+        path.write_bytes(b'damaged')
+    assert run(CALL, NUMBA_CACHE_DIR=str(tmp_path)) == wanted
+    for path in tmp_path.rglob('*.nb?'):
+        path.write_bytes(path.read_bytes()[:100])
+    assert run(CALL, NUMBA_CACHE_DIR=str(tmp_path)) == wanted
+
+
 def test_a_changed_source_file_makes_the_cache_stale(monkeypatch):
     before = compiled._sources()
     reads = type(compiled.Path()).read_bytes

@@ -12,7 +12,7 @@ from ur5_ros.model.inverse_kinematics import (
     inverse_kinematics_batch,
     nearest_solution,
 )
-from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.model.kinematics import forward_kinematics, link_transforms
 from ur5_ros.model.turns import turns_within_limits
 
 TURN = 2.0 * np.pi
@@ -177,6 +177,12 @@ def test_out_of_reach_is_an_empty_result_that_says_why():
     assert solutions.q.shape == (0, 6)
     assert 'out of reach' in solutions.reason
     assert '0.81725' in solutions.reason
+    # a little beyond the outstretched arm: short by as much as it was moved outwards
+    q = np.array([0.2, -0.9, 0.0, -np.pi / 2, 1.0, 0.0])
+    edge, outwards = forward_kinematics(q, arm), link_transforms(q, arm)[2, :3, 3]
+    outwards = outwards - (0.0, 0.0, arm.d[0])
+    edge[:3, 3] += 0.01 * outwards / np.linalg.norm(outwards)
+    assert inverse_kinematics(edge, arm).reason.startswith('out of reach by 0.01 m')
     inside = far.copy()
     inside[:2, 3] = arm.d[5] * inside[:2, 2]
     assert 'axis 1' in inverse_kinematics(inside, arm).reason

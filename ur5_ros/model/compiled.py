@@ -4,7 +4,6 @@ import inspect
 import os
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -140,10 +139,16 @@ class _SourceCache(FunctionCache):
 
 
 def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Callable[..., int]:
-    dispatcher: Any = njit(nogil=nogil, fastmath={'contract'}, error_model='numpy')(function)
-    with suppress(RuntimeError):  # no folder can be written: compile without keeping
+    def new() -> Any:
+        return njit(nogil=nogil, fastmath={'contract'}, error_model='numpy')(function)
+
+    dispatcher = new()
+    try:
         dispatcher._cache = _SourceCache(function, f'nogil={nogil}')
-    dispatcher.compile(signature)
+        dispatcher.compile(signature)
+    except Exception:  # no folder can be written, the disk is full, a kept file is damaged
+        dispatcher = new()
+        dispatcher.compile(signature)
     dispatcher.disable_compile()
     return dispatcher
 

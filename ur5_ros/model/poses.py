@@ -75,9 +75,21 @@ def unreachable(T: np.ndarray, arm: ArmParameters) -> str:
     if across < abs(arm.d[3]):
         return (f'out of reach: the origin of frame 5 lies {across:.6g} m from axis 1; '
                 f'at least |d4| = {abs(arm.d[3]):.6g} m is needed')
+    spans = np.array([_span(T, p5, side * np.sqrt(across ** 2 - arm.d[3] ** 2), flip, arm)
+                      for side in (-1.0, 1.0) for flip in (-1.0, 1.0)])
     reach = abs(arm.a[1]) + abs(arm.a[2])
     hole = abs(abs(arm.a[1]) - abs(arm.a[2]))
-    height = p5[2] - arm.d[0]
-    span = np.hypot(np.sqrt(across ** 2 - arm.d[3] ** 2), height)
-    return (f'out of reach: the wrist lies about {span:.6g} m from the shoulder, give or take '
-            f'|d5| = {abs(arm.d[4]):.6g} m; joints 2 and 3 span {hole:.6g} to {reach:.6g} m')
+    span = spans[np.argmin(np.maximum(spans - reach, hole - spans))]
+    return (f'out of reach by {max(span - reach, hole - span):.3g} m: the nearest branch needs a '
+            f'span of {span:.6g} m from shoulder to wrist; joints 2 and 3 span {hole:.6g} to '
+            f'{reach:.6g} m')
+
+
+def _span(T: np.ndarray, p5: np.ndarray, side: float, flip: float, arm: ArmParameters) -> float:
+    # from axis 2 to axis 4 in the plane of the arm, for one shoulder and wrist
+    c1, s1 = side * p5[0] - arm.d[3] * p5[1], side * p5[1] + arm.d[3] * p5[0]
+    c1, s1 = np.array([c1, s1]) / np.hypot(c1, s1)
+    yn, yo = c1 * T[1, :2] - s1 * T[0, :2]
+    s5 = max(np.hypot(yn, yo), 1e-12)
+    p4 = p5 + arm.d[4] * flip * (yo * T[:3, 0] - yn * T[:3, 1]) / s5
+    return float(np.hypot(c1 * p4[0] + s1 * p4[1], p4[2] - arm.d[0]))
