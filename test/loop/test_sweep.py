@@ -158,6 +158,14 @@ def test_an_interrupted_sweep_goes_on_where_it_was(alone, tmp_path):
     assert open_sweep(tmp_path / 'sweep').table().equals(alone)
 
 
+def test_two_sweeps_do_not_work_in_one_folder(tmp_path):
+    folder = SweepFolder(tmp_path / 'sweep', spec_of())
+    with folder.alone(), pytest.raises(Refusal, match='another ur5 sweep works'):
+        run_sweep(folder.spec, SweepFolder(tmp_path / 'sweep', spec_of()), workers=1)
+    with folder.alone():
+        assert folder.done() == set()
+
+
 def test_a_folder_of_another_sweep_is_left_alone(tmp_path):
     SweepFolder(tmp_path / 'sweep', spec_of())
     with pytest.raises(Refusal, match='another sweep'):

@@ -41,9 +41,18 @@ def run_sweep(
     Raises
     ------
     Refusal
-        If nobody answers at the address, or a scheduler that went away does not come back.
+        If nobody answers at the address, a scheduler that went away does not come back, or
+        another sweep works in the folder.
 
     """
+    with folder.alone():
+        _run_the_rest(spec, folder, scheduler, workers, progress)
+
+
+def _run_the_rest(
+    spec: SweepSpec, folder: SweepFolder, scheduler: str | None, workers: int | None,
+    progress: Callable[[float], None],
+) -> None:
     done = folder.done()
     progress(len(done))
     if len(done) == number_of_runs(spec):

@@ -83,6 +83,7 @@ def _rate_figures(table: polars.DataFrame, spec: SweepSpec) -> list[dict[str, An
         shares = [rate.rate for rate in rates.values()]
         figures.append({
             'key': f'rate-{number}', 'x': key, 'y': 'success rate', 'log': False,
+            'category': 'x',
             'title': f'Success over {key}', 'caption': 'Bars: 95 % interval (Wilson).',
             'traces': [{
                 'type': 'scatter', 'mode': 'lines+markers', 'name': 'success rate',
@@ -98,17 +99,15 @@ def _rate_figures(table: polars.DataFrame, spec: SweepSpec) -> list[dict[str, An
 def _map_figure(number: int, heat: HeatMap) -> dict[str, Any]:
     limits = {'zmin': 0, 'zmax': 1} if heat.what == 'success rate' else {}
     return {
-        'key': f'map-{number}', 'x': heat.x, 'y': heat.y, 'log': False,
+        'key': f'map-{number}', 'x': heat.x, 'y': heat.y, 'log': False, 'category': 'xy',
         'title': f'{heat.what} over {heat.x} and {heat.y}',
         'caption': 'Mean of the runs in a cell.' if limits else 'Median of the runs in a cell.',
         'traces': [{'type': 'heatmap', 'x': _ticks(heat.x_values), 'y': _ticks(heat.y_values),
                     'z': heat.z, 'colorscale': 'Viridis', 'hoverongaps': False, **limits}]}
 
 
-def _ticks(values: list[Any]) -> list[Any]:
-    numbers = all(isinstance(value, int | float) and not isinstance(value, bool)
-                  for value in values)
-    return values if numbers else [str(value) for value in values]
+def _ticks(values: list[Any]) -> list[str]:
+    return [_short(value) for value in values]
 
 
 def _box(figure: dict[str, Any]) -> str:

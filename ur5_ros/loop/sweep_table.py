@@ -1,7 +1,10 @@
 """The rows of a sweep on disk: parts as they come, one Parquet table at the end."""
 
+import fcntl
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +50,27 @@ class SweepFolder:
             raise Refusal(f'{path} is not empty and holds no sweep; give another folder '
                           'with --out')
         self.parts.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding='utf-8')
+        if not file.exists():
+            file.write_text(text, encoding='utf-8')
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """
+        Keep other sweeps out of the folder while the block works.
+
+        Raises
+        ------
+        Refusal
+            If one is at work in it.
+
+        """
+        with open(self.path / _SPEC, encoding='utf-8') as held:
+            try:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise Refusal(f'another ur5 sweep works in {self.path}; wait for it, or give '
+                              'another folder with --out') from None
+            yield
 
     def done(self) -> set[int]:
         """Return the indices of the rows that are there; parts cut short are removed."""
