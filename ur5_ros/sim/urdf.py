@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from xml.sax.saxutils import quoteattr
+from html import escape  # that of xml.sax would load urllib and ssl
 
 import numpy as np
 
@@ -80,7 +80,7 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False) -> st
         ]
     materials = ''.join(f'  <material name="{name}"><color rgba="{_numbers(rgba)}"/></material>\n'
                         for name, rgba in COLOURS.items())
-    return (f'<?xml version="1.0"?>\n<robot name={quoteattr(arm.name)}>\n'
+    return (f'<?xml version="1.0"?>\n<robot name="{escape(arm.name)}">\n'
             + materials + ''.join(parts) + '</robot>\n')
 
 
