@@ -22,6 +22,7 @@ _FLOAT = np.dtype(np.float64)
 _frombuffer = np.frombuffer
 _stamp = Struct('<iI')
 _pack_stamp = _stamp.pack
+_AT_ONCE = bytes(8)  # builtin_interfaces/Duration
 
 
 def _stamp_bytes(stamp: int) -> bytes:
@@ -150,13 +151,17 @@ class FixedTrajectoryPoint:
         self.layout = layout.close()
         self.size = layout.size
         self.matches = layout.matches
+        self._fill = layout.fill
+        self._sizes = tuple(8 * number for number in self._counts.values())
 
     def encode(self, stamp: int, positions=(), velocities=(), accelerations=(),
                effort=()) -> bytes:
         """Return the message as CDR bytes; stamp [ns], four arrays of shape (n,), SI units."""
-        given = tuple(map(_doubles, (positions, velocities, accelerations, effort)))
-        _check(self._counts, *given)
-        return self.layout.fill(_stamp_bytes(stamp), *given, bytes(8))
+        given = (_doubles(positions), _doubles(velocities), _doubles(accelerations),
+                 _doubles(effort))
+        if tuple(map(len, given)) != self._sizes:
+            _check(self._counts, *given)
+        return self._fill(_stamp_bytes(stamp), *given, _AT_ONCE)
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (stamp [ns], positions, velocities, accelerations, effort), read-only views."""

@@ -57,7 +57,7 @@ class ControlOutputs:
         self._publish_command, self._command_id = topics.publisher(
             'joint_command', 'joint_command', JointState)
         self._publish_reference, self._reference_id = topics.publisher(
-            'reference', '~/reference', JointTrajectory)
+            'reference', '~/reference', JointTrajectory, for_onlookers=True)
         self._publish_parts, self._parts_id = topics.publisher(
             'torque_parts', '~/torque_parts', JointState)
         self._send_error = topics.sender('error', '~/error', JointState)

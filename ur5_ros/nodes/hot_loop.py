@@ -1,5 +1,6 @@
 """Messages in and out of the loop: raw bytes through one wait set that is kept and re-armed."""
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,9 @@ from rclpy.qos import QoSProfile
 from ur5_ros.nodes.serving import Serving
 
 Message = tuple[int, bytes]
+
+#: How often it is looked whether anybody hears what only onlookers subscribe to [s].
+LOOK = 0.02
 
 
 class ReservedGroup(CallbackGroup):
@@ -69,6 +73,23 @@ class WaitSetLoop:
     ) -> Callable[[bytes], None]:
         """Return what publishes CDR bytes on a topic."""
         return self._node.create_publisher(message_type, topic, qos).handle.publish_raw
+
+    def publisher_where_heard(
+        self, message_type: type, topic: str, qos: QoSProfile,
+    ) -> Callable[[bytes], None]:
+        """Return the same for what may have no subscription: the middleware is then spared it."""
+        handle = self._node.create_publisher(message_type, topic, qos).handle
+        publish, count, now = handle.publish_raw, handle.get_subscription_count, time.monotonic
+        heard, due = False, 0.0
+
+        def publish_where_heard(data: bytes) -> None:
+            nonlocal heard, due
+            if now() >= due:
+                heard, due = count() > 0, now() + LOOK
+            if heard:
+                publish(data)
+
+        return publish_where_heard
 
     def watch_service(self, service: Any) -> None:
         """Let a request to a service, which no executor serves, end a wait."""

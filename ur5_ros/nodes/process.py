@@ -19,6 +19,9 @@ from ur5_ros.nodes.shutdown import StopRequest
 #: Exit codes: done; an error of the program; bad input; done, but the recording lost something.
 DONE, FAULT, REFUSED, LOSS = range(4)
 
+#: Longest wait of the loop for the interpreter while another thread computes [s].
+HANDOVER = 0.0002
+
 #: Highest domain whose ports fit (DDSI-RTPS 2.5, section 9.6.2.3: 7400 + 250 domain).
 HIGHEST_DOMAIN = 232
 
@@ -114,10 +117,11 @@ def fault(logger: Any, error: Exception) -> str:
 
 
 def freeze_garbage() -> None:
-    """Keep the garbage collector out of the loop: it makes no cycles, and its pauses are long."""
+    """Keep collector and bag writer from holding up the loop, which makes no cycles."""
     gc.collect()
     gc.freeze()
     gc.disable()
+    sys.setswitchinterval(HANDOVER)
 
 
 def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest) -> int:

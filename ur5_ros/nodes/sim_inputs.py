@@ -113,7 +113,7 @@ class SimInputs:
         else:
             refused = self._gate.offer_by_name(topic, stamp, names, effort)
         if refused is None:
-            self._taken(stamp, names, effort)
+            self._taken(stamp, names, effort, data)
             if stamp:
                 self._last = data
         self._recording.write(record, data)
@@ -124,8 +124,11 @@ class SimInputs:
             self._taken(0, None, effort)
         self._recording.write(record, data)
 
-    def _taken(self, stamp: int, names: Any, effort: Any) -> None:
+    def _taken(self, stamp: int, names: Any, effort: Any, data: bytes = b'') -> None:
         self.last_was_stamped = stamp != 0
+        if names is None and len(data) == self._reader.layout.size:
+            self.hash.add(data)  # laid out as what is hashed
+            return
         if names is not None:
             place = dict(zip(names, effort, strict=True))
             effort = [place[name] for name in self._reader.names]

@@ -53,9 +53,12 @@ class Topics:
 
     def publisher(
         self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
+        *, for_onlookers: bool = False,
     ) -> tuple[Send, int]:
-        """Return what publishes bytes, and the number under which to record them."""
-        return (self._loop.publisher(message_type, topic, qos),
+        """Return what publishes bytes, to somebody or at all, and the number to record them."""
+        loop = self._loop
+        publisher = loop.publisher_where_heard if for_onlookers else loop.publisher
+        return (publisher(message_type, topic, qos),
                 self._record(role, topic, message_type, qos))
 
     def sender(
