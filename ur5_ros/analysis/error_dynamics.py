@@ -83,7 +83,7 @@ def continuous_matrix(kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
 
 def exponential(matrix: np.ndarray) -> np.ndarray:
     """Return the matrix exponential: a Taylor series of the scaled matrix, squared back."""
-    halvings = max(0, int(np.ceil(np.log2(max(np.linalg.norm(matrix, 1), 1e-300)))) + 4)
+    halvings = max(0, int(np.ceil(np.log2(max(float(np.linalg.norm(matrix, 1)), 1e-300)))) + 4)
     small = matrix / 2.0**halvings
     term = total = np.eye(len(matrix))
     for order in range(1, 14):

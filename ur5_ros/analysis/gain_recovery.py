@@ -111,7 +111,7 @@ def recover_gains(
     star, h = run.reference, run.h
     change = np.diff(dynamics.rate, axis=0) - (star.qd[:-1] + h * star.qdd[:-1] - star.qd[1:])
     rows = slice(0, count * block)
-    whole = counted[rows].reshape(count, block).all(axis=1)
+    whole = np.all(counted[rows].reshape(count, block), axis=1)
     target = _means(change[rows] / h, block)
     regressor = -np.stack([_means(dynamics.error[:-1][rows], block),
                            _means(dynamics.rate[:-1][rows], block)], axis=-1)

@@ -190,11 +190,12 @@ def _seen(run: Run, arm: ArmParameters) -> Evidence:
 
 def _cut(seen: Evidence) -> tuple[Evidence, Evidence]:
     keep = len(seen.q) * 4 // 5
-    parts = [[None if value is None or isinstance(value, bool) else value[rows]
+    parts: list[Any] = [[None if value is None or isinstance(value, bool) else value[rows]
               for value in seen] for rows in (slice(0, keep), slice(keep, None))]
-    return tuple(seen._replace(**{field: value for field, value in
-                                  zip(Evidence._fields, part, strict=True) if value is not None})
-                 for part in parts)
+    fit, test = (seen._replace(**{
+        field: value for field, value in zip(Evidence._fields, part, strict=True)
+        if value is not None}) for part in parts)
+    return fit, test
 
 
 def _inertial_columns(q, qd, qdd, arm: ArmParameters) -> np.ndarray:

@@ -95,7 +95,9 @@ def motor_friction(runs: Sequence[Run], test: Run | None = None) -> MotorFrictio
         x, y, _ = _rows(test, joint, 0)
         number[6, joint] = np.sqrt(np.mean((y / plain[0] - x[:, 0])**2))
         number[7, joint] = np.sqrt(np.mean((drive * y - x @ (drive * value))**2))
-    return MotorFriction(*number[:6], test.name, number[6], number[7])
+    drive, drive_error, viscous, viscous_error, coulomb, coulomb_error, without, left = number
+    return MotorFriction(drive, drive_error, viscous, viscous_error, coulomb, coulomb_error,
+                         test.name, without, left)
 
 
 def _rows(run: Run, joint: int, which: int):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ur5_ros.analysis.series import Event, Side
 from ur5_ros.bag.codec import decode
-from ur5_ros.bag.columns import Columns, RawColumns
+from ur5_ros.bag.columns import Columns
 from ur5_ros.bag.folder import bags_of_run, is_bag
 from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.reader import Bag, open_bag
@@ -41,7 +41,7 @@ class Source:
     side: Side | None
     effort: str
     """What the effort is, where it is not the torque that acted."""
-    data: dict[str, Columns | RawColumns]
+    data: dict[str, Any]
     """By part of :data:`ROLES`; joint columns are in the order of JOINT_NAMES."""
     problems: tuple[str, ...]
 

@@ -63,8 +63,8 @@ def tracking_checks(run: Run, marks: Marks, tool: ToolTracking) -> list[Check]:
             f'at most {worst * scale:.3g} {shown} after {begin:.3g} s '
             f'(RMS of the whole run {numbers["rms"] * scale:.3g} {shown}, largest '
             f'{numbers["max"] * scale:.3g} {shown})', **numbers))
-    mark = marks['settled_held_angle' if held else 'settled_joint'] * factor
-    checks.append(_joint_tracking(error[known], error[settled], begin, mark))
+    limit = marks['settled_held_angle' if held else 'settled_joint'] * factor
+    checks.append(_joint_tracking(error[known], error[settled], begin, limit))
     return checks
 
 

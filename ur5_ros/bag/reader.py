@@ -137,7 +137,7 @@ class Bag:
                    for source in self.sources for channel, info in source.topics.items()
                    if info.name == topic)
 
-    def load(self, topics: Mapping[str, Sequence[str] | None]) -> dict[str, Columns | RawColumns]:
+    def load(self, topics: Mapping[str, Sequence[str] | None]) -> dict[str, Any]:
         """
         Return the messages of several topics as arrays, in one pass over the bag.
 
