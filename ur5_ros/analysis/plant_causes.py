@@ -19,6 +19,9 @@ SHARE_PLAIN, SHARE_ROUGH = 1e-6, 1e-3
 #: What a true cause leaves at most where nothing but rounding is in the way.
 ROUNDING = 1e-12
 
+#: Errors are not told finer than this share of the value: the model is not known better.
+PRECISION = 1e-9
+
 #: Times the noise that a cause must stand out.
 CERTAIN = 40.0
 
@@ -161,7 +164,8 @@ def _sentences(fit: Fit, arm: ArmParameters) -> list[dict[str, Any]]:
     share = 1.0 - fit.left
     for name in fit.names:
         count = {'payload': 10, 'gravity': 3}.get(name, 6)
-        value, error = fit.value[start:start + count], fit.error[start:start + count]
+        value = fit.value[start:start + count]
+        error = np.maximum(fit.error[start:start + count], PRECISION * np.abs(value).max())
         start += count
         make = {'payload': _payload, 'gravity': _gravity}.get(name, _per_joint)
         causes.append({'share': share, **make(name, value, error, arm)})
@@ -174,6 +178,7 @@ def _sentences(fit: Fit, arm: ArmParameters) -> list[dict[str, Any]]:
 
 def _payload(name, value, error, arm) -> dict[str, Any]:
     mass, com = value[0], value[1:4] / value[0] if value[0] else np.zeros(3)
+    com = np.where(np.abs(com) > PRECISION, com, 0.0)
     place = ', '.join(f'{x:.3g}' for x in com)
     return {'kind': 'payload', 'mass_kg': mass, 'mass_error_kg': error[0], 'com_m': com.tolist(),
             'sentence': f"{mass:.4g} +- {error[0]:.1g} kg at the tool that the law's arm does "
