@@ -24,7 +24,7 @@ def load(name: str, path: Path):
 
 documents = load('snippets', Path(__file__).parent / 'snippets.py')
 GROUPS = documents.groups()
-REASONS = ('needs ', 'serves a page', 'test/', 'takes ')
+REASONS = ('needs ', 'each takes ', 'serves a page', 'test/', 'takes ')
 
 
 def test_every_snippet_is_run_or_says_why_not():
