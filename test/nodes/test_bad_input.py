@@ -35,9 +35,10 @@ def test_a_wrong_parameter_is_refused_in_one_line(ros, node, parameters, said):
 
 @pytest.mark.parametrize(('variable', 'value'), [
     ('ROS_DOMAIN_ID', 'abc'), ('ROS_DOMAIN_ID', '233'), ('ROS_SECURITY_ENABLE', 'true'),
-    ('UR5_ROS_CORE', '999')])
+    ('UR5_ROS_CORE', '999'), ('ROS_LOG_DIR', '/proc/none')])
 def test_a_wrong_environment_is_refused_in_one_line(ros, variable, value):
-    assert variable in refused(ros.start('sim', environment={variable: value}))
+    said = refused(ros.start('sim', environment={variable: value}))
+    assert variable in said or value in said
 
 
 @pytest.mark.parametrize(('text', 'said'), [

@@ -119,7 +119,9 @@ def _converted(parameter: Parameter | None, given: RosParameter) -> RosParameter
 
 
 def _plain(value: Any) -> Any:
-    """Return a list where rclpy has an array."""
+    """Return a list where rclpy has an array; it has None where an empty list is given."""
+    if value is None:
+        return []
     return list(value) if hasattr(value, '__len__') and not isinstance(value, str) else value
 
 
