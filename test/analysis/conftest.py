@@ -1,9 +1,11 @@
 """Runs made in memory: the law on its own model, and the scheme of the simulator in a for loop."""
 
+import json
+
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.series import Run, Side, States
+from ur5_ros.analysis.series import Event, Run, Side, States
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
 from ur5_ros.control.controller import Controller
 from ur5_ros.loop.closed_loop import run_closed_loop
@@ -84,30 +86,44 @@ def looped():
 
 
 @pytest.fixture(scope='session')
-def swapped():
-    """Return a function that runs the loop with the torques handed over in another order."""
-    def run(order):
-        plan = plan_run(experiment='multi_sine', arm='ur5_real', duration=0.4)
-        plant, law = Plant(load_arm('ur5_real'), plan.sim), Controller(plan.control, 1000)
-        states, answers = [], []
+def stepped():
+    """Return a function that runs plant and law and lets a test meddle with them."""
+    def run(meddle=lambda k, plant, torque: torque, duration=0.6, experiment='multi_sine',
+            **given):
+        plan = plan_run(experiment=experiment, arm='ur5_real', duration=duration, **given)
+        rate = plan.sim['control_rate']
+        plant, law = Plant(load_arm('ur5_real'), plan.sim), Controller(plan.control, rate)
+        states, truths, answers, events = [], [], [], []
         state = plant.state
         try:
-            for _ in range(plan.periods):
+            for k in range(plan.periods):
                 states.append(state)
+                truths.append(plant.truth)
                 answers.append(law.update(state))
-                state = plant.step(answers[-1].torque.total[order])
+                state = plant.step(meddle(k, plant, answers[-1].torque.total))
+                events += plant.drain_events()
         finally:
             plant.close()
-        stack = [np.array([getattr(each, part) for each in states])
-                 for part in ('q', 'qd', 'effort')]
+        seen, true = (States(*(np.array([getattr(each, part) for each in many])
+                               for part in ('q', 'qd', 'effort'))) for many in (states, truths))
         star = Reference(*(np.array([answer.reference[i] for answer in answers])
                            for i in range(3)))
-        return Run('swapped', np.array([each.stamp for each in states]), States(*stack), 1000.0,
-                   1000.0, None, np.array([answer.torque.total for answer in answers]), star, {},
+        return Run('stepped', np.array([each.stamp for each in states]), seen, float(rate),
+                   float(plan.sim['physics_rate']), None if plant.exact_sensing else true,
+                   np.array([answer.torque.total for answer in answers]), star, {},
                    Side('ur5_real', load_arm('ur5_real'), plan.sim),
-                   Side('ur5_real', law.arm, plan.control))
+                   Side('ur5_real', law.arm, plan.control),
+                   tuple(Event(each.stamp, each.kind, each.message,
+                               {key: json.loads(value) for key, value in each.values.items()})
+                         for each in events))
 
     return run
+
+
+@pytest.fixture(scope='session')
+def swapped(stepped):
+    """Return a function that runs the loop with the torques handed over in another order."""
+    return lambda order: stepped(lambda k, plant, torque: torque[order], 0.4)
 
 
 @pytest.fixture(scope='session')
