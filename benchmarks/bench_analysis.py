@@ -1,11 +1,10 @@
 """Judging long runs: seconds of processor time, and whether they grow with the length alone."""
 
-import argparse
 import tempfile
 import time
 from pathlib import Path
 
-from side_by_side import Row, interleave, publish, ratio
+from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.analysis.report import html_text
 from ur5_ros.analysis.run import load_run
@@ -27,10 +26,11 @@ def judge(folder: Path) -> float:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__)
+    options = arguments(__doc__, 3)
     options.add_argument('--seconds', type=float, default=120.0, help='length of the longer run')
-    options.add_argument('--repeats', type=int, default=3)
     given = options.parse_args()
+    if given.quick:
+        given.seconds, given.repeats = 20.0, 1
     with tempfile.TemporaryDirectory() as folder:
         runs = {'half': Path(folder) / 'half', 'whole': Path(folder) / 'whole'}
         for name, part in (('half', 0.5), ('whole', 1.0)):
@@ -43,7 +43,8 @@ def main() -> None:
     publish('analysis', 'Judging a run, processor time', [
         Row('cost of twice the length', 'twice the cost', growth, LINEAR, False),
         Row('ten minutes at 1 kHz', '20 s', ten_minutes / PROMISED, 1.0, False,
-            f'{ten_minutes:.1f} s of processor time')], {'seconds': taken})
+            f'{ten_minutes:.1f} s of processor time')], {'seconds': taken},
+            keep=not given.quick)
 
 
 if __name__ == '__main__':

@@ -1,6 +1,5 @@
 """Reading and writing bags against rosbags, mcap-ros2-support, mcap and rclpy, side by side."""
 
-import argparse
 import gc
 import os
 import subprocess
@@ -10,7 +9,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from side_by_side import Row, interleave, publish, ratio
+from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.bag.cdr import FixedJointState
 from ur5_ros.bag.reader import open_bag
@@ -169,10 +168,11 @@ def writing(folder: Path) -> dict:
 
 def main() -> None:
     """Measure and keep the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = arguments(__doc__, REPEATS)
     parser.add_argument('--messages', type=int, default=MESSAGES)
-    parser.add_argument('--repeats', type=int, default=REPEATS)
     options = parser.parse_args()
+    if options.quick:
+        options.messages, options.repeats = 20_000, 1
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as name:
         folder = Path(name) / 'bag'
         decoded = write_bag(folder, options.messages)
@@ -185,7 +185,8 @@ def main() -> None:
             'mcap-ros2-support': lambda: load_mcap_ros2(folder),
         }, options.repeats)
         memory = memory_of_loading(folder)
-        figures = reading | interleave(writing(Path(name)), 7)
+        figures = reading | interleave(
+            writing(Path(name)), 1 if options.quick else 7)
     loading = f'loading {options.messages} JointState messages into arrays'
     rows = [
         Row(f'speed of {loading}', 'rosbags', ratio(figures, 'rosbags', 'ours'), 20, True),
@@ -201,7 +202,8 @@ def main() -> None:
     if 'publishing' in figures:
         rows.append(Row('handing a message over to the writer', 'publish(bytes)',
                         ratio(figures, 'handing over', 'publishing'), 1, False))
-    publish('bag', 'Bags', rows, {'seconds': figures, 'messages': options.messages})
+    publish('bag', 'Bags', rows, {'seconds': figures, 'messages': options.messages},
+            keep=not options.quick)
 
 
 if __name__ == '__main__':

@@ -1,11 +1,10 @@
 """The controller's work in one control period, from the state to the torque, by kind of motion."""
 
-import argparse
 import time
 from collections.abc import Callable
 
 import numpy as np
-from side_by_side import Row, interleave, publish
+from side_by_side import Row, arguments, interleave, publish
 
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
@@ -74,17 +73,15 @@ def work(ask: Callable[[Controller], None]) -> float:
 
 def main() -> None:
     """Measure and keep the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=int, default=5)
-    options = parser.parse_args()
+    options = arguments(__doc__, 5).parse_args()
     kinds = (hold, experiment, off_grid, pose, trajectory, path)
     figures = interleave({kind.__name__: lambda kind=kind: work(kind) for kind in kinds},
-                         options.repeats)
+                         1 if options.quick else options.repeats)
     medians = {name: float(np.median(values)) for name, values in figures.items()}
     publish('control', "The controller's work in a period", [
         Row(name.replace('_', ' '), '100 microseconds', value / BUDGET, 1.0, False,
             f'{value * 1e6:.1f} us') for name, value in medians.items()
-    ], {'seconds': medians})
+    ], {'seconds': medians}, keep=not options.quick)
 
 
 if __name__ == '__main__':

@@ -1,13 +1,12 @@
 """The closed loop of two nodes against what the middleware allows, measured side by side."""
 
-import argparse
 import os
 import tempfile
 from pathlib import Path
 
 import numpy as np
 from ping_pong import measure
-from side_by_side import Row, interleave, publish, ratio
+from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.loop.plan import plan_run
@@ -32,17 +31,16 @@ def lockstep(seconds: float, control_rate: int = 1000, pinned: bool = True) -> f
 
 def main() -> None:
     """Measure and keep the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=int, default=REPEATS)
-    options = parser.parse_args()
+    options = arguments(__doc__, REPEATS).parse_args()
+    seconds, trips = (2.0, 300) if options.quick else (10.0, TRIPS)
     core = max(os.sched_getaffinity(0))
     figures = interleave({
-        'loop': lambda: lockstep(10.0),
-        'loop on two cores': lambda: lockstep(10.0, pinned=False),
-        'executor': lambda: measure('executor', TRIPS)['per_second'],
-        'wait set': lambda: measure('wait_set', TRIPS)['per_second'],
-        'wait set on one core': lambda: measure('wait_set', TRIPS, core)['per_second'],
-    }, options.repeats)
+        'loop': lambda: lockstep(seconds),
+        'loop on two cores': lambda: lockstep(seconds, pinned=False),
+        'executor': lambda: measure('executor', trips)['per_second'],
+        'wait set': lambda: measure('wait_set', trips)['per_second'],
+        'wait set on one core': lambda: measure('wait_set', trips, core)['per_second'],
+    }, 1 if options.quick else options.repeats)
     loop = 'lockstep periods a second, recording on'
     detail = 'both processes on one core; reliable, keep last 1'
     median = {name: float(np.median(values)) for name, values in figures.items()}
@@ -57,7 +55,7 @@ def main() -> None:
             ratio(figures, 'loop on two cores', 'wait set'), 0.75, True, 'not pinned'),
         Row('simulated time per wall time at 1 kHz', 'real time', median['loop'] / 1000.0, 3.0,
             True, detail),
-    ], {'per_second': figures, 'medians': median})
+    ], {'per_second': figures, 'medians': median}, keep=not options.quick)
 
 
 if __name__ == '__main__':

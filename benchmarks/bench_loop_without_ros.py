@@ -1,10 +1,9 @@
 """The loop without ROS against PyBullet's bare set-step-read loop, measured side by side."""
 
-import argparse
 import time
 
 import numpy as np
-from side_by_side import Row, interleave, publish, ratio
+from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.loop.closed_loop import full_loop
 from ur5_ros.loop.fast_lane import fast_lane
@@ -61,9 +60,7 @@ def sweep_rate() -> float:
 
 def main() -> None:
     """Measure and keep the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=int, default=REPEATS)
-    options = parser.parse_args()
+    options = arguments(__doc__, REPEATS).parse_args()
     plan = plan_run(duration=DURATION)
     run = fast_lane(plan)  # compiles, plans, opens the world
     as_run(run)
@@ -74,7 +71,7 @@ def main() -> None:
         'bare again': bare.periods_per_second,
         'sweep': sweep_rate,
         'full': lambda: rate(full_loop, plan),
-    }, options.repeats)
+    }, 1 if options.quick else options.repeats)
     reference = 'bare PyBullet set-step-read loop'
     median = {name: float(np.median(values)) for name, values in figures.items()}
     publish('loop_without_ros', 'Loop without ROS, model and law included', [
@@ -85,7 +82,7 @@ def main() -> None:
             f'{median["sweep"]:.0f} a second'),
         Row('Plant and Controller as the nodes run them', reference,
             ratio(figures, 'full', 'bare again'), 0.1, True, f'{median["full"]:.0f} a second'),
-    ], {'periods_per_second': median})
+    ], {'periods_per_second': median}, keep=not options.quick)
 
 
 if __name__ == '__main__':

@@ -1,5 +1,6 @@
 """Figures that mean something on a noisy machine: ratios, interleaved in one run, medians."""
 
+import argparse
 import json
 import os
 import platform
@@ -29,6 +30,15 @@ class Row(NamedTuple):
     def met(self) -> bool:
         """Tell whether the bar holds."""
         return self.ratio >= self.bar if self.at_least else self.ratio <= self.bar
+
+
+def arguments(description: str, repeats: int) -> argparse.ArgumentParser:
+    """Return the options that every benchmark has: ``--repeats`` and ``--quick``."""
+    parser = argparse.ArgumentParser(description=description.strip().partition('\n')[0])
+    parser.add_argument('--repeats', type=int, default=repeats)
+    parser.add_argument('--quick', action='store_true',
+                        help='show in a few seconds that it works; nothing is kept')
+    return parser
 
 
 def interleave(candidates: dict[str, Callable[[], float]], repeats: int) -> dict[str, list[float]]:
@@ -77,7 +87,8 @@ def processor() -> str:
     return platform.machine()
 
 
-def publish(name: str, title: str, rows: list[Row], extra: dict | None = None) -> None:
+def publish(name: str, title: str, rows: list[Row], extra: dict | None = None,
+            keep: bool = True) -> None:
     """Print the table and keep it as ``results/<name>.json``."""
     print(f'\n{title}')
     width = max(len(row.measured) for row in rows)
@@ -85,6 +96,8 @@ def publish(name: str, title: str, rows: list[Row], extra: dict | None = None) -
         sign = '>=' if row.at_least else '<='
         print(f'  {row.measured:{width}}  {row.ratio:8.3g} of {row.reference}'
               f'  (bar {sign} {row.bar:g}: {"met" if row.met else "MISSED"})  {row.detail}')
+    if not keep:
+        return
     RESULTS.mkdir(exist_ok=True)
     (RESULTS / f'{name}.json').write_text(json.dumps({
         'title': title,

@@ -48,11 +48,28 @@ class NodeProcesses:
             self.end(name)
         signal.signal(signal.SIGTERM, self._handler)
 
-    def start(self, name: str, module: str, parameters: Mapping[str, Any]) -> None:
-        """Start ``python -m module`` with ROS parameters; ``name`` is what it is called here."""
+    def start(self, name: str, module: str, parameters: Mapping[str, Any],
+              namespace: str = '') -> None:
+        """
+        Start ``python -m module``.
+
+        Parameters
+        ----------
+        name : str
+            What it is called here.
+        module : str
+            The node's.
+        parameters : mapping
+            ROS parameters.
+        namespace : str
+            Of its node; empty = that of the environment.
+
+        """
         arguments = [sys.executable, '-m', module, '--ros-args']
         for key, value in parameters.items():
             arguments += ['-p', f'{key}:={_yaml(value)}']
+        if namespace:
+            arguments += ['-r', f'__ns:={namespace}']
         with open(self.logs / f'{name}.log', 'wb') as log:
             child = subprocess.Popen(
                 arguments, env=self.environment, stdin=subprocess.DEVNULL, stdout=log,

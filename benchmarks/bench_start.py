@@ -1,0 +1,88 @@
+"""How long the nodes take to start, against the least that any rclpy node needs."""
+
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from side_by_side import Row, arguments, interleave, publish, ratio
+
+from ur5_ros.bag.reader import open_bag
+from ur5_ros.loop.processes import NodeProcesses, private_environment
+
+REPEATS = 7
+PATIENCE = 60.0
+LEAST = """
+import time
+import rclpy
+from sensor_msgs.msg import JointState
+rclpy.init()
+node = rclpy.create_node('least')
+node.create_publisher(JointState, 'joint_states', 1).publish(JointState())
+print(time.time_ns(), flush=True)
+import os
+os._exit(0)
+"""
+STAMP = re.compile(r'\[(\d+\.\d+)\] \[ur5_control\]: waiting for states')
+
+
+def least() -> float:
+    """Return the time from the start to the first message of a node that does nothing [s]."""
+    begin = time.time_ns()
+    done = subprocess.run([sys.executable, '-c', LEAST], capture_output=True, text=True,
+                          check=True, env=private_environment())
+    return (int(done.stdout) - begin) * 1e-9
+
+
+def simulator() -> float:
+    """Return the time from the start of sim_node to its first state [s]."""
+    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder, \
+            NodeProcesses(Path(folder)) as nodes:
+        begin = time.time_ns()
+        nodes.start('sim', 'ur5_ros.nodes.sim_node', {
+            'bag': f'{folder}/bag', 'lockstep': False, 'stop_after': 0.01})
+        if nodes.wait('sim', PATIENCE) is None:
+            raise SystemExit('sim_node does not end: ' + nodes.last_words('sim'))
+        first = open_bag(Path(folder) / 'bag').columns('/joint_states').log_time.min()
+    return float(first - begin) * 1e-9
+
+
+def controller() -> float:
+    """Return the time from the start of control_node until it waits for states [s]."""
+    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder, \
+            NodeProcesses(Path(folder)) as nodes:
+        begin, limit = time.time(), time.monotonic() + PATIENCE
+        nodes.start('control', 'ur5_ros.nodes.control_node', {
+            'bag': '', 'experiment': 'kebria_fig11'})
+        while time.monotonic() < limit:
+            said = STAMP.search((Path(folder) / 'control.log').read_text())
+            if said:
+                return float(said.group(1)) - begin
+            time.sleep(0.02)
+        raise SystemExit('control_node does not start: ' + nodes.last_words('control'))
+
+
+def main() -> None:
+    """Measure and keep the table."""
+    options = arguments(__doc__, REPEATS).parse_args()
+    candidates = {'sim_node': simulator, 'control_node': controller, 'least': least}
+    if not options.quick:
+        interleave(candidates, 1)  # warms the disk cache
+    figures = interleave(candidates, 1 if options.quick else options.repeats)
+    median = {name: float(np.median(values)) for name, values in figures.items()}
+    reference = 'import rclpy, create_node, first publish'
+    publish('start', 'Start-up of a node, warm cache', [
+        Row('sim_node, from its start to its first state', reference,
+            ratio(figures, 'sim_node', 'least'), 2.0, False,
+            f'{median["sim_node"]:.2f} s against {median["least"]:.2f} s'),
+        Row('control_node, from its start until it waits for states', reference,
+            ratio(figures, 'control_node', 'least'), 3.5, False,
+            f'{median["control_node"]:.2f} s; loads numba and compiled code'),
+    ], {'seconds': figures}, keep=not options.quick)
+
+
+if __name__ == '__main__':
+    main()

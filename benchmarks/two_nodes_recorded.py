@@ -1,0 +1,77 @@
+"""Both nodes for a while, and when every message of theirs was sent and heard."""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.bag.reader import open_bag
+from ur5_ros.loop.plan import Plan
+from ur5_ros.loop.processes import NodeProcesses, last_core
+from ur5_ros.loop.two_nodes import run_two_nodes
+
+NODES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
+
+
+class Times(NamedTuple):
+    """Wall-clock times of a run as the simulator recorded them [ns]."""
+
+    states: np.ndarray
+    """When each state was sent."""
+    latency: np.ndarray
+    """From a state to the arrival of its command [ns]."""
+
+
+def run(plan: Plan, pinned: bool = True) -> Times:
+    """Return the times of a run, its first tenth left out: discovery, repeated first states."""
+    os.environ.pop('UR5_ROS_CORE', None)
+    if not pinned:
+        os.environ['UR5_ROS_CORE'] = ''
+    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
+        run_two_nodes(plan, Path(folder))
+        return times_of(Path(folder) / 'sim')
+
+
+def times_of(folder: Path, prefix: str = '') -> Times:
+    """Return the times in a simulator's bag."""
+    bag = open_bag(folder)
+    sent, stamp = _log(bag, f'{prefix}/joint_states')
+    heard, answered = _log(bag, f'{prefix}/joint_command')
+    _, here, there = np.intersect1d(stamp, answered, return_indices=True)
+    begin = len(sent) // 10
+    return Times(sent[begin:], (heard[there] - sent[here])[begin:])
+
+
+def per_second(states: np.ndarray) -> float:
+    """Return periods a wall-clock second."""
+    return float((len(states) - 1) / ((states[-1] - states[0]) * 1e-9))
+
+
+def arms_at_once(plan: Plan, number: int) -> list[Times]:
+    """Return the times of several pairs of nodes, each in a namespace, on the same network."""
+    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as name, \
+            NodeProcesses(Path(name)) as nodes:
+        nodes.environment['UR5_ROS_CORE'] = str(last_core()) if number == 1 else ''
+        folders = [Path(name) / f'arm_{index}' for index in range(number)]
+        for folder in folders:
+            for node, module in NODES.items():
+                given = dict(plan.sim if node == 'sim' else plan.control)
+                given = {key: value for key, value in given.items() if value != []}
+                if node == 'sim':
+                    given['publish_clock'] = False
+                nodes.start(f'{folder.name}_{node}', module,
+                            {**given, 'bag': str(folder / node)}, f'/{folder.name}')
+        for folder in folders:
+            if nodes.wait(f'{folder.name}_sim', 240.0) is None:
+                raise SystemExit(f'{folder.name} does not end: '
+                                 + nodes.last_words(f'{folder.name}_sim'))
+        return [times_of(folder / 'sim', f'/{folder.name}') for folder in folders]
+
+
+def _log(bag, topic: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return log times and stamps [ns] of a JointState topic, in the order of the log."""
+    log, stamp = bag.columns(topic).log_time, bag.joint_states(topic).stamp
+    order = np.argsort(log, kind='stable')
+    return log[order], stamp[order]
