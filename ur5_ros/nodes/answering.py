@@ -8,12 +8,12 @@ import numpy as np
 
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.bag.poses import position_and_quaternion
+from ur5_ros.bag.status import ERROR, OK, STALE, WARN
 from ur5_ros.control.controller import Answer, Controller
 from ur5_ros.control.settings import USUAL_RATE
 from ur5_ros.errors import Refusal
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.nodes.control_topics import ControlOutputs
-from ur5_ros.nodes.diagnostics import ERROR, OK, STALE, WARN
 from ur5_ros.nodes.messages import StateReader
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period

@@ -11,7 +11,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from ur5_ros.bag.cdr import FixedJointState, FixedPose, FixedTrajectoryPoint
 from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.nodes.diagnostics import status_array
+from ur5_ros.bag.status import status_array
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.topics import Topics
 from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ur5_ros.nodes.diagnostics import ERROR, OK, WARN
+from ur5_ros.bag.status import ERROR, OK, WARN
 from ur5_ros.nodes.topics import deaf_to
 
 

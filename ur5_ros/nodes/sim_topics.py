@@ -11,7 +11,7 @@ from std_msgs.msg import String
 
 from ur5_ros.bag.cdr import FixedJointState, encode_clock, encode_string
 from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.nodes.diagnostics import status_array
+from ur5_ros.bag.status import status_array
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.topics import ALL, KEPT, UNACKNOWLEDGED, Topics
 from ur5_ros.signals import JOINT_NAMES, ArmState

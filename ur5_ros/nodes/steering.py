@@ -10,6 +10,7 @@ from std_msgs.msg import String
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.folder import new_run_name
+from ur5_ros.bag.status import ERROR
 from ur5_ros.config import CONTROL_PARAMETERS, arm_text
 from ur5_ros.control.controller import Controller
 from ur5_ros.errors import Refusal
@@ -17,7 +18,7 @@ from ur5_ros.nodes.answering import Answering
 from ur5_ros.nodes.control_inputs import ControlInputs
 from ur5_ros.nodes.control_services import offer_services
 from ur5_ros.nodes.control_topics import ControlOutputs
-from ur5_ros.nodes.diagnostics import ERROR, EverySecond, Refusals, Throttle
+from ur5_ros.nodes.diagnostics import EverySecond, Refusals, Throttle
 from ur5_ros.nodes.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.parameters import check_sections, declare
 from ur5_ros.nodes.process import DONE, LOSS, fault, freeze_garbage
