@@ -99,3 +99,11 @@ def test_energy_from_nowhere_is_noticed(simulated):
     states = run.states._replace(effort=run.states.effort * 0.9)
     result = validate(replace(run, states=states, command=run.command * 0.9))
     assert result.check('energy balance').verdict == 'fail'
+
+
+def test_commands_that_are_not_the_laws_are_noticed(simulated):
+    run = simulated(seconds=0.4)
+    assert validate(run).check('law').value < 1e-9
+    told = replace(run.control, parameters={**run.control.parameters, 'kd': [11.0]})
+    check = validate(replace(run, control=told)).check('law')
+    assert check.verdict == 'fail' and 'gains were changed' in check.sentence

@@ -8,6 +8,7 @@ import numpy as np
 from ur5_ros.analysis.evidence import SLOW, Evidence, gather
 from ur5_ros.analysis.inertia_fit import physical, with_parameters
 from ur5_ros.analysis.motor_friction import MotorFriction, motor_friction
+from ur5_ros.analysis.result import plain
 from ur5_ros.analysis.series import Run
 from ur5_ros.errors import Refusal
 from ur5_ros.model.dynamics import inverse_dynamics
@@ -56,7 +57,7 @@ class Identified(NamedTuple):
 
     def to_plain(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
+        return plain({
             'format': 'ur5_ros identification', 'version': 1, 'arm': self.arm.name,
             'base_parameters': {name: {'value': value, 'error': error}
                                 for name, (value, error) in self.base.items()},
@@ -66,7 +67,7 @@ class Identified(NamedTuple):
             'test': {'run': self.test_run, 'torque_rms': self.torque_rms.tolist(),
                      'error_rms': self.test_rms.tolist(), 'error_max': self.test_max.tolist()},
             'motors': self.motors.to_plain() if self.motors else None,
-        }
+        })
 
     def sentences(self) -> list[str]:
         """Return the outcome in words."""

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.law_promise import gains_of
+from ur5_ros.analysis.law_recomputed import law_torque
 from ur5_ros.analysis.model_checks import command_defect
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.analysis.series import Run
-from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
+from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.signals import JOINT_NAMES
 
 #: Longest delay that is looked for [control periods], and rows that are compared.
@@ -100,17 +100,13 @@ def _gravity_convention(run: Run) -> dict[str, Any] | None:
     if run.control is None or run.reference is None or (
             run.control.parameters.get('mode') != 'computed_torque'):
         return None
-    star, arm, gains = run.reference, run.control.arm, gains_of(run)
+    star, arm = run.reference, run.control.arm
     rows = np.flatnonzero(run.steps & np.isfinite(np.hstack([*star])).all(axis=1)[:-1])
     if not len(rows):
         return None
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, ROWS).astype(int))]
-    q, qd = run.states.q[rows], run.states.qd[rows]
-    a = (star.qdd[rows] - (qd - star.qd[rows]) @ gains.kd.T
-         - (q - star.q[rows]) @ gains.kp.T)
-    law = inverse_dynamics(q + arm.angle_offset, qd, a, arm)
-    return _gravity_cause(run.exact.effort[rows + 1] - law,
-                          gravity_torque(q + arm.angle_offset, arm))
+    gravity = gravity_torque(run.states.q[rows] + arm.angle_offset, arm)
+    return _gravity_cause(run.exact.effort[rows + 1] - law_torque(run, rows), gravity)
 
 
 def _gravity_cause(surplus: np.ndarray, gravity: np.ndarray) -> dict[str, Any] | None:

@@ -88,7 +88,7 @@ class Result:
 
     def to_plain(self) -> dict[str, Any]:
         """Return the JSON document as plain values; docs/validation.md describes it."""
-        return _plain({
+        return plain({
             'format': 'ur5_ros validation',
             'version': JSON_VERSION,
             'run': self.run,
@@ -123,14 +123,14 @@ class Result:
         return ElementTree.tostring(suite, encoding='unicode', xml_declaration=True) + '\n'
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Return ``value`` with NumPy types unwrapped and non-finite numbers replaced by None."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if hasattr(value, 'tolist'):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -7,6 +7,7 @@ from ur5_ros.analysis.attribution import causes
 from ur5_ros.analysis.energy import energy_checks
 from ur5_ros.analysis.gain_recovery import gains_check
 from ur5_ros.analysis.law_checks import law_checks
+from ur5_ros.analysis.law_recomputed import law_check
 from ur5_ros.analysis.limit_checks import limits_check
 from ur5_ros.analysis.model_checks import model_checks
 from ur5_ros.analysis.path_causes import lateness_check
@@ -43,9 +44,8 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
     model, model_series = model_checks(run, marks)
     energy, energy_series = energy_checks(run, marks)
     checks = [recording_check(run), pairing_check(run, marks), timing_check(run, marks),
-              lateness_check(run),
-              *model, *law, gains_check(run, marks, law_series.get('dynamics')),
-              limits_check(run), *energy]
+              lateness_check(run), *model, law_check(run, marks), *law,
+              gains_check(run, marks, law_series.get('dynamics')), limits_check(run), *energy]
     series = {'run': run, 'delays': delays(run), **law_series, **model_series, **energy_series}
     return Result(run.name, about(run, marks), tuple(checks), tuple(causes(run, checks)), series)
 

@@ -1,0 +1,82 @@
+"""The law computed again from the states and references that it saw."""
+
+import numpy as np
+
+from ur5_ros.analysis.law_promise import gains_of, largest
+from ur5_ros.analysis.residual import CHUNK
+from ur5_ros.analysis.result import Check, judge, not_applicable
+from ur5_ros.analysis.series import Run
+from ur5_ros.config.validation import Marks
+from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
+from ur5_ros.signals import JOINT_NAMES
+
+
+def law_torque(run: Run, rows: np.ndarray) -> np.ndarray:
+    """
+    Return the computed torque of some states, gravity included.
+
+    Kebria 2016, eq. (11): M a + C qd + g with a = qdd* - Kd(qd - qd*) - Kp(q - q*).
+
+    Parameters
+    ----------
+    run : Run
+        A recording with the controller's description and a reference.
+    rows : numpy.ndarray of int, shape (n,)
+        States; each has a reference.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 6)
+        Torque [N m], before any limit.
+
+    """
+    star, arm, gains = run.reference, run.control.arm, gains_of(run)
+    out = np.empty((len(rows), 6))
+    for start in range(0, len(rows), CHUNK):
+        some = rows[start:start + CHUNK]
+        q, qd = run.states.q[some], run.states.qd[some]
+        a = (star.qdd[some] - (qd - star.qd[some]) @ gains.kd.T
+             - (q - star.q[some]) @ gains.kp.T)
+        out[start:start + CHUNK] = inverse_dynamics(q + arm.angle_offset, qd, a, arm)
+    return out
+
+
+def law_check(run: Run, marks: Marks) -> Check:
+    """
+    Return whether the commands are the law's, with the gains and the arm that the bag names.
+
+    Parameters
+    ----------
+    run : Run
+        The recording.
+    marks : Marks
+        Pass marks.
+
+    """
+    name = 'law'
+    if run.control is None or run.reference is None or run.command is None:
+        return not_applicable(name, 'commands, references or the law are not recorded')
+    given = run.control.parameters
+    if given.get('mode') != 'computed_torque' or given.get('torque_rate_limit'):
+        return not_applicable(name, 'not plain computed torque: it is not computed again')
+    known = np.isfinite(np.hstack([*run.reference, run.command])).all(axis=1)
+    rows = np.flatnonzero(known)
+    if not len(rows):
+        return not_applicable(name, 'no state has a reference and an answer')
+    torque, limit = law_torque(run, rows), run.control.arm.limits.effort
+    if given.get('effort_convention') == 'gravity_excluded':
+        arm = run.control.arm
+        torque -= gravity_torque(run.states.q[rows] + arm.angle_offset, arm)
+    away = run.command[rows] - torque
+    away[(np.abs(torque) >= limit).any(axis=1)] = np.nan
+    worst, joint, row = largest(away)
+    if worst < 0.0:
+        return not_applicable(name, 'every command is at a torque limit')
+    sentence = f'commands and the law computed again differ by at most {worst:.2g} N m'
+    if not worst <= marks['command']:
+        wrong = (np.abs(away) > marks['command']).any(axis=1)
+        sentence = (f'{wrong.sum()} commands are not those of the law with the gains and the arm '
+                    f'in the bag, the first at {run.t[rows[np.argmax(wrong)]]:.4g} s (worst: '
+                    f'{worst:.3g} N m at {JOINT_NAMES[joint]}, {run.t[rows[row]]:.4g} s): gains '
+                    'were changed while it ran, or another law answered')
+    return judge(name, worst, marks['command'], 'N m', sentence, joint=JOINT_NAMES[joint])
