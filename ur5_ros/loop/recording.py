@@ -53,9 +53,9 @@ _SIM = {
     'robot_description': _Topic('/robot_description', _TEXT, durability=_KEPT),
     'joint_command': _Topic('/joint_command', _JOINTS, 'best_effort', depth=10),
     'forward_command': _Topic('/forward_effort_controller/commands',
-                              'std_msgs/msg/Float64MultiArray', 'best_effort', depth=10),
+                              'std_msgs/msg/Float64MultiArray', depth=10),
     'external_wrench': _Topic('/ur5_sim/external_wrench', 'geometry_msgs/msg/WrenchStamped',
-                              'best_effort', depth=10),
+                              depth=10),
 }
 _CONTROL = {
     'joint_command': _Topic('/joint_command', _JOINTS),
