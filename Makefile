@@ -65,7 +65,8 @@ test-browser: setup-all  ## the viewer and the report in headless Chromium
 	$(PYTEST) -q -m browser $(ARGS) </dev/null
 
 bench: setup-all  ## figures as ratios to references measured in the same run
-	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script $(ARGS); done
+	@for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script $(ARGS) || failed="$${failed:-} $$script"; done; \
+	$(BIN)/python benchmarks/table.py; [ -z "$${failed:-}" ] || { echo "Not met or not run:$$failed"; exit 1; }
 
 faults: setup-all  ## every fault of the catalogue, and the scorecard
 	UR5_ROS_THOROUGH=1 $(PYTEST) -q -m fault --scorecard docs/faults.md $(ARGS) </dev/null

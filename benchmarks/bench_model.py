@@ -23,6 +23,7 @@ from typing import NamedTuple
 import eaik.IK_DH
 import numpy as np
 import pinocchio as pin
+import side_by_side
 
 from ur5_ros.config import load_arm
 from ur5_ros.model.dynamics import dynamics_terms, forward_dynamics, inverse_dynamics
@@ -202,6 +203,11 @@ def main() -> int:
         print(f'| {start["what"]} | | {start["seconds"]:.2f} s '
               f'(processor {start["processor_seconds"]:.2f} s) | | | {start["bar"]} s '
               f'| {"met" if start["seconds"] <= start["bar"] else "MISSED"} |')
+    if not options.quick:
+        side_by_side.publish(f'model_{options.arm}', f'The model, one call ({options.arm})', [
+            side_by_side.Row(row.what, row.peer, row.ratio, row.bar, False,
+                             f'{row.ours_us:.2f} us against {row.theirs_us:.2f} us')
+            for row in rows])
     if options.json:
         options.json.write_text(json.dumps(
             {'arm': options.arm, 'ratios': [row._asdict() for row in rows], 'start_up': starts},

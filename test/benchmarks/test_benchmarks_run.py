@@ -1,0 +1,54 @@
+"""The benchmarks work: each cheap one runs to its table, and the page shows what is kept."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / 'benchmarks'
+WITHOUT_ROS = ('control', 'loop_without_ros')
+WITH_ROS = ('recording', 'start', 'lockstep', 'profile')
+
+
+def run(script, *arguments):
+    done = subprocess.run([sys.executable, str(FOLDER / script), *arguments], text=True,
+                          capture_output=True, timeout=300, stdin=subprocess.DEVNULL,
+                          env={**os.environ, 'UR5_ROS_CORE': ''})
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize('name', [*WITHOUT_ROS, *WITH_ROS])
+def test_a_quick_benchmark_prints_its_table_and_keeps_nothing(name):
+    kept = {path: path.read_bytes() for path in FOLDER.glob('results/*.json')}
+    out = run(f'bench_{name}.py', '--quick')
+    assert '(bar ' in out
+    assert {path: path.read_bytes() for path in FOLDER.glob('results/*.json')} == kept
+
+
+def test_every_benchmark_has_a_quick_mode():
+    for script in FOLDER.glob('bench_*.py'):
+        assert '--quick' in run(script.name, '--help'), script.name
+
+
+def test_the_page_names_every_figure_and_every_miss(tmp_path):
+    row = {'measured': 'ours', 'reference': 'theirs', 'ratio': 0.5, 'bar': 1.0, 'at_least': True,
+           'detail': 'why', 'met': False}
+    (tmp_path / 'one.json').write_text(json.dumps({
+        'title': 'One thing', 'date': '2026-01-01', 'rows': [row],
+        'machine': {'python': '3.11', 'system': 'Linux', 'processor': 'P', 'cores': '2'},
+        'parts': {'step': 1e-5}}))
+    run('table.py', '--results', str(tmp_path), '--page', str(tmp_path / 'page.md'))
+    text = (tmp_path / 'page.md').read_text()
+    assert '| ours | theirs | 0.5 | at least 1 | **missed** | why |' in text
+    assert '- One thing: ours, 0.5 of theirs' in text
+    assert '| step | 10.0 |' in text
+
+
+def test_the_page_shown_is_the_one_of_the_results_kept(tmp_path):
+    run('table.py', '--page', str(tmp_path / 'page.md'))
+    assert (tmp_path / 'page.md').read_text() == (ROOT / 'docs' / 'performance.md').read_text()
