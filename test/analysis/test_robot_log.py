@@ -96,8 +96,11 @@ def test_a_log_without_torques_is_imported_and_said_so(tmp_path):
     sentences = import_log(tmp_path / 'log.csv', tmp_path / 'run')
     assert any('not in the log' in sentence and 'm_target_1..6' in sentence
                for sentence in sentences)
-    assert validate(load_run(tmp_path / 'run')).check('inverse dynamics').verdict == (
-        'not applicable')
+    result = validate(load_run(tmp_path / 'run'))
+    assert result.check('inverse dynamics').verdict == 'not applicable'
+    # healthy stamps alone are no evidence about the model
+    assert result.verdict == 'fail' and 'nothing in the recording' in result.check(
+        'evidence').sentence
 
 
 def test_nothing_is_overwritten(tmp_path):

@@ -89,6 +89,7 @@ def test_the_missing_half_of_a_run_fails(recorded, tmp_path):
     assert 'control node is missing' in result.check('recording').sentence
 
 
+@pytest.mark.fault(77)
 def test_bags_of_two_runs_are_refused(copied):
     folder = copied('control', description={'run': 'another'})
     with pytest.raises(Refusal, match='another.*put the bags of one run together'):
@@ -130,6 +131,7 @@ def test_what_is_no_number_ends_what_is_judged_and_fails(copied):
     json.loads(result.to_json())
 
 
+@pytest.mark.fault(76)
 def test_two_publishers_mixed_into_one_topic_fail(copied):
     codec, last = FixedJointState(JOINT_NAMES), {}
 
@@ -147,6 +149,7 @@ def test_two_publishers_mixed_into_one_topic_fail(copied):
     assert 'timing' in failed(result)
 
 
+@pytest.mark.fault(76)
 def test_lost_states_and_commands_are_counted(copied):
     folder = copied('control', change=lambda topic, number, data:
                     None if topic == COMMANDS and number in (30, 31, 700) else data)

@@ -76,7 +76,7 @@ def motor_friction(runs: Sequence[Run], test: Run | None = None) -> MotorFrictio
     if not runs or (test is not None and test.current is None):
         return None
     test = test or runs[-1]
-    number = np.full((9, 6), np.nan)
+    number = np.full((8, 6), np.nan)
     for joint in range(6):
         x, y, block = (np.concatenate(parts) for parts in zip(
             *(_rows(run, joint, i) for i, run in enumerate(runs)), strict=True))

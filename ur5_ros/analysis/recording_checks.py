@@ -18,6 +18,26 @@ def recording_check(run: Run) -> Check:
                  {'problems': list(run.problems)})
 
 
+def repeatability_check(run: Run) -> Check:
+    """Return whether the run claims to repeat to the last bit: one law, always waited for."""
+    name = 'repeatability'
+    if run.sim is None:
+        return not_applicable(name, "not a bag of this package's simulator")
+    if not run.sim.parameters['lockstep']:
+        return not_applicable(name, 'paced by the clock: none is claimed')
+    summary = run.sim.summary
+    reasons = [reason for key, reason in (
+        ('lockstep_fired', 'an answer did not come in time and the fallback took over'),
+        ('publishers_conflict', 'several publishers sent commands')) if summary.get(key)]
+    if reasons or summary.get('repeatable') is False:
+        return not_applicable(name, 'none is claimed: ' + (
+            '; '.join(reasons) or 'the simulator says so'))
+    if not summary:
+        return not_applicable(name, 'the simulator did not come to its end')
+    return Check(name, PASS, 'in lockstep throughout, one publisher: the same run gives the same '
+                 'bits', details={'hashes': dict(summary.get('hashes') or {})})
+
+
 def pairing_check(run: Run, marks: Marks) -> Check:
     """Return whether each state has an answer and each answer a state."""
     counts = dict(run.counts)

@@ -11,10 +11,20 @@ from ur5_ros.analysis.law_recomputed import law_check
 from ur5_ros.analysis.limit_checks import limits_check
 from ur5_ros.analysis.model_checks import model_checks
 from ur5_ros.analysis.path_causes import lateness_check
-from ur5_ros.analysis.recording_checks import delays, pairing_check, recording_check, timing_check
-from ur5_ros.analysis.result import Result
+from ur5_ros.analysis.recording_checks import (
+    delays,
+    pairing_check,
+    recording_check,
+    repeatability_check,
+    timing_check,
+)
+from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.analysis.series import Run, Side
 from ur5_ros.config.validation import Marks, load_marks
+
+#: Checks that look at the motion itself; without one of them no verdict can be a pass.
+EVIDENCE = ('residual, controller arm', 'residual, simulator arm', 'inverse dynamics', 'law',
+            'error step', 'error continuous')
 
 
 def validate(run: Run, marks: Marks | None = None) -> Result:
@@ -44,8 +54,11 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
     model, model_series = model_checks(run, marks)
     energy, energy_series = energy_checks(run, marks)
     checks = [recording_check(run), pairing_check(run, marks), timing_check(run, marks),
-              lateness_check(run), *model, law_check(run, marks), *law,
+              lateness_check(run), repeatability_check(run), *model, law_check(run, marks), *law,
               gains_check(run, marks, law_series.get('dynamics')), limits_check(run), *energy]
+    if not any(check.name in EVIDENCE and check.verdict != NOT_APPLICABLE for check in checks):
+        checks.append(Check('evidence', FAIL, 'nothing in the recording says whether model and '
+                            'plant agree: torques, commands or the arm are missing'))
     series = {'run': run, 'delays': delays(run), **law_series, **model_series, **energy_series}
     return Result(run.name, about(run, marks), tuple(checks), tuple(causes(run, checks)), series)
 
