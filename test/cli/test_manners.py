@@ -35,6 +35,7 @@ def test_version_is_the_packages(ur5):
     assert ur5('--version') == (0, f'ur5 {__version__}\n', '')
 
 
+@pytest.mark.fault(34)
 @pytest.mark.parametrize('arguments', [
     ('nonsense',), ('demo', '--nonsense'), ('demo', '--control-rate', 'fast'), ('compare', 'a'),
     ('import', 'log.csv'), ('urdf', '--arm'), ('validate', 'a', 'b'),

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import rclpy
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
@@ -13,7 +14,7 @@ from ur5_ros.bag.playback import Playback
 from ur5_ros.errors import Refusal
 
 #: Wall-clock time that subscribers get to find the topics before the first message [s].
-DISCOVERY = 1.0
+DISCOVERY = 2.0
 
 #: Topics of which late joiners get the last message too.
 _KEPT = ('std_msgs/msg/String',)
@@ -52,16 +53,17 @@ def replay(
     try:
         node = Node('ur5_replay', enable_rosout=False, start_parameter_services=False)
         publishers = [_publisher(node, topic, kind) for topic, kind in playback.types.items()]
-        _wait_for_subscribers(node, list(playback.types))
-        sent = _once(playback, publishers, rate, progress)
+        _wait_for_subscribers(publishers)
+        publish = [publisher.publish for publisher in publishers]
+        sent = _once(playback, publish, rate, progress)
         while loop:
-            sent += _once(playback, publishers, rate, progress)
+            sent += _once(playback, publish, rate, progress)
     finally:
         rclpy.try_shutdown()
     return sent
 
 
-def _once(playback: Playback, publishers: list[Callable[[bytes], None]], rate: float,
+def _once(playback: Playback, publish: list[Callable[[bytes], None]], rate: float,
           progress: Callable[[float], None]) -> int:
     began = told = time.monotonic()
     due = (playback.time * (1e-9 / rate)).tolist()
@@ -70,14 +72,14 @@ def _once(playback: Playback, publishers: list[Callable[[bytes], None]], rate: f
         now = time.monotonic()
         if began + seconds > now:
             time.sleep(began + seconds - now)
-        publishers[topics[i]](playback.data(i))
+        publish[topics[i]](playback.data(i))
         if now - told > 0.1:
             told = now
             progress(seconds * rate)
     return len(due)
 
 
-def _publisher(node: Node, topic: str, kind: str) -> Callable[[bytes], None]:
+def _publisher(node: Node, topic: str, kind: str) -> Publisher:
     package, _, name = kind.split('/')
     try:
         message_type = getattr(importlib.import_module(f'{package}.msg'), name)
@@ -86,12 +88,12 @@ def _publisher(node: Node, topic: str, kind: str) -> Callable[[bytes], None]:
                       'out with --topics') from None
     durability = DurabilityPolicy.TRANSIENT_LOCAL if kind in _KEPT else DurabilityPolicy.VOLATILE
     qos = QoSProfile(depth=100, durability=durability)
-    return node.create_publisher(message_type, topic, qos).publish
+    return node.create_publisher(message_type, topic, qos)
 
 
-def _wait_for_subscribers(node: Node, topics: list[str]) -> None:
+def _wait_for_subscribers(publishers: list[Publisher]) -> None:
     end = time.monotonic() + DISCOVERY
     while time.monotonic() < end:
-        if all(node.count_subscribers(topic) for topic in topics):
+        if all(publisher.get_subscription_count() for publisher in publishers):
             return
         time.sleep(0.02)
