@@ -9,7 +9,7 @@ import numpy as np
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.loop.plan import Plan
-from ur5_ros.loop.processes import NodeProcesses, last_core
+from ur5_ros.loop.processes import NodeProcesses, shared_core
 from ur5_ros.loop.two_nodes import run_two_nodes
 
 NODES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
@@ -53,7 +53,7 @@ def arms_at_once(plan: Plan, number: int) -> list[Times]:
     """Return the times of several pairs of nodes, each in a namespace, on the same network."""
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as name, \
             NodeProcesses(Path(name)) as nodes:
-        nodes.environment['UR5_ROS_CORE'] = str(last_core()) if number == 1 else ''
+        nodes.environment['UR5_ROS_CORE'] = shared_core() if number == 1 else ''
         folders = [Path(name) / f'arm_{index}' for index in range(number)]
         for folder in folders:
             for node, module in NODES.items():

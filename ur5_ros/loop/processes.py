@@ -18,6 +18,9 @@ from ur5_ros.errors import Refusal
 #: Wall-clock time that a node gets to close its bag after being asked to end [s].
 GRACE = 10.0
 
+#: Below this load average the machine counts as quiet.
+QUIET = 1.0
+
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -152,6 +155,18 @@ def _is_free(port: int) -> bool:
         except OSError:
             return False
     return True
+
+
+def shared_core() -> str:
+    """
+    Return the core that two nodes in lockstep should share, empty for none.
+
+    Only one of them works at a time, so that on a quiet machine sharing saves the waking of
+    another core; where others compute too, being bound to a core that they use costs half of
+    the speed or more.
+
+    """
+    return str(last_core()) if os.getloadavg()[0] < QUIET else ''
 
 
 def last_core() -> int:

@@ -10,7 +10,7 @@ from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.bag_growth import BagGrowth
 from ur5_ros.loop.plan import Plan
-from ur5_ros.loop.processes import GRACE, NodeProcesses, last_core
+from ur5_ros.loop.processes import GRACE, NodeProcesses, shared_core
 
 #: Wall-clock time without a new state after which a run is given up [s].
 PATIENCE = 120.0
@@ -51,7 +51,7 @@ def run_two_nodes(
             NodeProcesses(Path(logs)) as nodes:
         nodes.environment.setdefault('ROS_LOG_DIR', logs)
         if plan.sim['lockstep']:
-            nodes.environment.setdefault('UR5_ROS_CORE', str(last_core()))
+            nodes.environment.setdefault('UR5_ROS_CORE', shared_core())
         for name, module in _NODES.items():
             bag = str((folder / name).absolute())
             given = {key: value for key, value in parameters[name].items()
