@@ -2,7 +2,7 @@
 
 import importlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import rclpy
 from rclpy.node import Node
@@ -63,7 +63,7 @@ def replay(
     return sent
 
 
-def _once(playback: Playback, publish: list[Callable[[bytes], None]], rate: float,
+def _once(playback: Playback, publish: Sequence[Callable[[bytes], None]], rate: float,
           progress: Callable[[float], None]) -> int:
     began = told = time.monotonic()
     due = (playback.time * (1e-9 / rate)).tolist()
