@@ -31,7 +31,10 @@ TAIL = """## What stands in the way
   and the middleware's threads have used the same caches.
 - Each message wakes a thread of the middleware before it wakes the node: there is no way around
   it for types without a bound on their size.
-- Sharing one core saves the waking of another, but the threads that write the bags share it too.
+- Sharing one core saves the waking of another on a quiet machine; where others compute too, two
+  processes bound to a core that they also use ran at half the speed of two that may move.
+- Judging, limits and bookkeeping around the law are Python; model and sums, which are compiled,
+  are a third of what an answer costs.
 - A wait set has to be filled anew for each wait (rclpy's crashes if it is not): 2 microseconds.
 - A publisher without a subscription costs 1 microsecond by itself, several with cold caches;
   `/clock` and `~/reference` are published where somebody hears them.

@@ -157,7 +157,7 @@ def _is_free(port: int) -> bool:
     return True
 
 
-def shared_core() -> str:
+def shared_core(load: float | None = None) -> str:
     """
     Return the core that two nodes in lockstep should share, empty for none.
 
@@ -165,8 +165,14 @@ def shared_core() -> str:
     another core; where others compute too, being bound to a core that they use costs half of
     the speed or more.
 
+    Parameters
+    ----------
+    load : float, optional
+        Load average; that of the last minute by default.
+
     """
-    return str(last_core()) if os.getloadavg()[0] < QUIET else ''
+    load = os.getloadavg()[0] if load is None else load
+    return str(last_core()) if load < QUIET else ''
 
 
 def last_core() -> int:
