@@ -19,7 +19,7 @@ ARGS ?=
 
 BENCHMARKS := $(wildcard benchmarks/bench_*.py)
 
-.PHONY: help setup setup-all demo test lint types bench faults soak test-browser docs lock clean
+.PHONY: help setup setup-all demo test coverage lint types bench faults soak test-browser docs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
@@ -57,7 +57,10 @@ lint: setup-all  ## ruff and the import contracts
 types: setup-all  ## mypy
 	$(BIN)/mypy
 
-test: lint types  ## linters, types, import contracts, every test, coverage
+test: lint types  ## linters, types, import contracts, every test
+	$(PYTEST) -q -m 'not browser' $(ARGS) </dev/null
+
+coverage: setup-all  ## the same tests under watch: which lines no test runs
 	$(PYTEST) -q -m 'not browser' --cov=ur5_ros --cov-report=term:skip-covered $(ARGS) </dev/null
 
 test-browser: setup-all  ## the viewer and the report in headless Chromium

@@ -172,6 +172,7 @@ def test_a_path_that_begins_beyond_max_joint_jump_is_refused(holding):
         controller.path(straight([0, 0, 0], [0.1, 0, 0]), [0, 0])
 
 
+@pytest.mark.fault(24)
 def test_a_path_through_the_wrist_singularity_is_refused(holding):
     begin = np.deg2rad([0.0, -75.0, 90.0, -105.0, 30.0, 0.0])
     end = begin.copy()

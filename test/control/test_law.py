@@ -143,6 +143,7 @@ def test_stiffness_that_a_held_torque_turns_into_shaking_is_refused():
         Controller({'mode': 'impedance', 'arm': 'ur5_real', 'kp': [1e7], 'kd': [100.0]}, 1000)
 
 
+@pytest.mark.fault(4)
 def test_a_torque_rate_limit_is_kept_and_flagged(holding, close_loop):
     controller, plant = holding(HOME, 1000, torque_rate_limit=200.0, experiment='joint_step')
     controller.start_experiment()

@@ -69,6 +69,7 @@ def test_staying_where_one_is_takes_no_time():
     assert smooth_stop(still, LIMITS).duration == 0
 
 
+@pytest.mark.fault(24)
 def test_a_target_beyond_a_limit_is_refused_by_name():
     still = Reference(np.zeros(6), np.zeros(6), np.zeros(6))
     words = 'elbow_joint would go to 6.5000 rad; its limits are -6.2832'

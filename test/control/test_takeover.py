@@ -44,6 +44,7 @@ def steer(controller, wish, rng):
 WISHES = ('joints', 'pose', 'path', 'hold', 'experiment', 'linear', 'cubic', 'quintic')
 
 
+@pytest.mark.fault(25)
 @settings(max_examples=60)
 @given(st.lists(st.sampled_from(WISHES), min_size=2, max_size=4), st.integers(0, 10_000))
 def test_no_wish_makes_the_reference_jump(wishes, seed):

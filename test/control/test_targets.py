@@ -12,6 +12,7 @@ HOME = np.deg2rad([20.0, -75.0, 90.0, -105.0, -80.0, 15.0])
 TURNED = np.diag([-1.0, -1.0, 1.0, 1.0])
 
 
+@pytest.mark.fault(23)
 def test_a_quaternion_that_is_not_normalised_is_refused_with_its_norm():
     with pytest.raises(Refusal, match='norm 2; give one of norm 1'):
         pose_matrix([0, 0, 0], [0, 0, 0, 2.0])
@@ -99,6 +100,7 @@ def test_a_pose_that_needs_another_branch_is_refused_never_flipped_to(holding):
     assert controller.status()['refused_inputs'] == 1
 
 
+@pytest.mark.fault(23, 24)
 def test_a_pose_out_of_reach_is_refused(holding):
     controller, _ = holding(HOME)
     with pytest.raises(Refusal, match='out of reach'):

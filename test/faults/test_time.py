@@ -106,7 +106,7 @@ def test_the_first_answer_takes_no_longer_than_the_worst_of_the_others(ros):
     assert delay[0] < max(0.1, 3.0 * delay[1:].max())  # compiled before the first state
 
 
-@pytest.mark.fault(84)
+@pytest.mark.fault(52, 84)
 @pytest.mark.parametrize('first', ['sim', 'control'])
 def test_nodes_find_each_other_whoever_waits_for_whom(ros, first):
     second = {'sim': 'control', 'control': 'sim'}[first]

@@ -33,6 +33,7 @@ def test_a_wrong_parameter_is_refused_in_one_line(ros, node, parameters, said):
     assert said in refused(ros.start(node, **parameters))
 
 
+@pytest.mark.fault(35, 36)
 @pytest.mark.parametrize(('variable', 'value'), [
     ('ROS_DOMAIN_ID', 'abc'), ('ROS_DOMAIN_ID', '233'), ('ROS_SECURITY_ENABLE', 'true'),
     ('UR5_ROS_CORE', '999'), ('ROS_LOG_DIR', '/proc/none')])
