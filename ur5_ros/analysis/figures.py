@@ -173,6 +173,8 @@ def _torque_figures(series) -> list[Figure]:
     run = series['run']
     shown = {name: run.parts[name] for name in PARTS if name in run.parts}
     colours = dict(zip(PARTS, COLOURS[1:], strict=False))
+    acted = ("The robot's own target torque." if run.follows_reference
+             else 'The torque that acted.')
     found = []
     for i, joint in enumerate(JOINT_NAMES):
         traces = [curve(run.t[1:], run.states.effort[1:, i], 'acted', COLOURS[0], width=2.2)]
@@ -180,7 +182,7 @@ def _torque_figures(series) -> list[Figure]:
                    for name, part in shown.items()]
         found.append(Figure(
             f'torque_{i + 1}', f'Torque, {joint}', 'The torque that acted, and the parts of the '
-            'command.' if shown else 'The torque that acted.', traces, 'torque [N m]'))
+            'command.' if shown else acted, traces, 'torque [N m]'))
     return found
 
 
