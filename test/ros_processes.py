@@ -162,6 +162,7 @@ class Observer:
         self.node = Node(name, context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
+        self._clients: dict[str, Any] = {}
         self._ending = False
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
@@ -204,8 +205,13 @@ class Observer:
 
     def call_async(self, service_type: type, name: str, request: Any = None) -> Any:
         """Call a service and return the future of its response."""
-        client = self.node.create_client(service_type, name)
-        wait_until(client.service_is_ready, f'service {name}')
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(service_type, name)
+            wait_until(client.service_is_ready, f'service {name}')
+            # the server may know less of us than we of it, and nobody can ask it: an answer that
+            # finds no reader is dropped
+            time.sleep(0.3)
         return client.call_async(request if request is not None else service_type.Request())
 
     def close(self) -> None:

@@ -1,6 +1,7 @@
 """Two processes over Fast DDS in lockstep: the same bits, whoever starts first."""
 
 import json
+import sys
 
 from ros_processes import wait_until
 from sensor_msgs.msg import JointState
@@ -43,6 +44,15 @@ def test_a_run_repeats_to_the_last_bit_whoever_starts_first(ros):
     assert first['control']['hashes'] == second['control']['hashes']
     assert first['sim']['hashes']['joint_states'] == first['control']['hashes']['joint_states']
     assert first['sim']['periods'] == 500
+
+
+def test_a_busy_machine_changes_no_bit(ros):
+    quiet = run_pair(ros)
+    for _ in range(3):
+        ros.run([sys.executable, '-c', 'while True: pass'])
+    busy = run_pair(ros)
+    assert quiet['sim']['hashes'] == busy['sim']['hashes']
+    assert quiet['control']['hashes'] == busy['control']['hashes']
 
 
 def test_the_plain_executor_gives_the_same_bits(ros):

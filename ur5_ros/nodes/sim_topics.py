@@ -55,7 +55,7 @@ class SimOutputs:
         self._send_truth = topics.sender('ground_truth', '~/ground_truth', JointState)
         self._send_event = topics.sender('events', '~/events', DiagnosticArray, ALL)
         self._send_diagnostics = topics.sender('diagnostics', '/diagnostics', DiagnosticArray)
-        self._send_run = topics.sender('run', '~/run', String, KEPT)
+        self._publish_run, self._run_id = topics.publisher('run', '~/run', String, KEPT)
         self._send_description = topics.sender(
             'robot_description', 'robot_description', String, KEPT)
         self.hash = PayloadHash(self._states)
@@ -64,8 +64,20 @@ class SimOutputs:
 
     def introduce(self, run: str, description: str) -> None:
         """Send the run's name and the robot's description, for whoever comes later too."""
-        self._send_run(encode_string(run))
+        self._run = encode_string(run)
+        self._publish_run(self._run)
+        self._recording.write(self._run_id, self._run)
         self._send_description(encode_string(description))
+
+    def run_again(self) -> None:
+        """
+        Send the run's name to a controller that has just come.
+
+        What the middleware keeps for late comers it may deliver seconds later: a short run is over
+        by then.
+
+        """
+        self._publish_run(self._run)
 
     def state(self, state: ArmState) -> None:
         """Send a new state, the clock before it."""

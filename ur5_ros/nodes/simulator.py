@@ -139,4 +139,5 @@ class Simulator:
         if lost or failure:
             self.logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
         self.logger.info(f'ends at {self.simulation.plant.stamp * 1e-9:.3f} s: {reason}')
+        self.node.destroy_node()  # tells the others, who would keep a ghost for seconds
         return LOSS if lost or failure else DONE

@@ -200,4 +200,5 @@ class Steering:
         if lost or failure:
             self._logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
         self._logger.info(f'ends: {self._stop.reason}')
+        self.node.destroy_node()  # tells the others, who would keep a ghost for seconds
         return LOSS if lost or failure else DONE
