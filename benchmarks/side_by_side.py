@@ -103,6 +103,7 @@ def publish(name: str, title: str, rows: list[Row], extra: dict | None = None,
         'title': title,
         'date': time.strftime('%Y-%m-%d', time.gmtime()),
         'machine': machine(),
+        'note': f'Load average {os.getloadavg()[0]:.1f} at the end, priority {os.nice(0)}.',
         'rows': [row._asdict() | {'met': row.met} for row in rows],
         **(extra or {}),
     }, indent=1) + '\n')

@@ -16,8 +16,8 @@ HEAD = """# Performance
 
 Made by `make bench` from `benchmarks/results/*.json`; do not edit.
 
-Each figure is a ratio to a reference measured in the same run, the two in turn, and a median of
-several repeats: it says the same on another machine, where microseconds do not.  On a busy machine
+Each figure is a ratio to a reference measured in the same run, the two in turn, a median where
+there are several repeats: it says the same on another machine, where microseconds do not.  On a busy machine
 even ratios suffer, most of all where two processes wait for each other, so a missed bar is worth
 a second look on a quiet one: `.venv/bin/python benchmarks/bench_lockstep.py`.
 """
@@ -61,7 +61,8 @@ def _where(result: dict[str, Any]) -> str:
     packages = [f'{name} {number}' for name, number in machine.items()
                 if name not in ('python', 'system', 'processor', 'cores')]
     return (f'{result["date"]}, {machine["processor"]}, {machine["cores"]} cores, '
-            f'{machine["system"]}, Python {machine["python"]}, {", ".join(packages)}.')
+            f'{machine["system"]}, Python {machine["python"]}, {", ".join(packages)}. '
+            + result.get('note', '')).strip()
 
 
 def _line(row: dict[str, Any]) -> str:
