@@ -17,9 +17,9 @@ HEAD = """# Performance
 Made by `make bench` from `benchmarks/results/*.json`; do not edit.
 
 Each figure is a ratio to a reference measured in the same run, the two in turn, a median where
-there are several repeats: it says the same on another machine, where microseconds do not.  On a busy machine
-even ratios suffer, most of all where two processes wait for each other, so a missed bar is worth
-a second look on a quiet one: `.venv/bin/python benchmarks/bench_lockstep.py`.
+there are several repeats: it says the same on another machine, where microseconds do not.
+On a busy machine even ratios suffer, most of all where two processes wait for each other, so a
+missed bar is worth a second look on a quiet one: `.venv/bin/python benchmarks/bench_lockstep.py`.
 """
 
 TAIL = """## What stands in the way
