@@ -136,7 +136,7 @@ SPOILT = [
     lambda message: message.name.__setitem__(0, JOINT_NAMES[1]),
     lambda message: message.name.pop(),
     lambda message: setattr(message, 'name', []),
-    lambda message: setattr(message, 'name', ['x' * 100] * 2000),
+    lambda message: setattr(message, 'name', ['x' * 100] * 300),
     lambda message: setattr(message.header.stamp, 'sec', 7),
     lambda message: setattr(message.header.stamp, 'sec', -7),
 ]

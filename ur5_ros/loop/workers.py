@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import os
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import islice
@@ -50,11 +51,17 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
     number = workers if workers is not None else len(os.sched_getaffinity(0))
     if number < 1:
         raise Refusal(f'--workers {number}; give at least 1')
-    with dask.config.set({'distributed.worker.daemon': True}), \
-            LocalCluster(n_workers=number, threads_per_worker=1, processes=True,
-                         dashboard_address='127.0.0.1:0',
-                         silence_logs=logging.CRITICAL) as local:
-        yield local.scheduler_address
+    with dask.config.set({'distributed.worker.daemon': True}):
+        # The cluster's thread and the workers that it starts keep this mask: Ctrl-C is ours.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            local = LocalCluster(n_workers=number, threads_per_worker=1, processes=True,
+                                 dashboard_address='127.0.0.1:0',
+                                 silence_logs=logging.CRITICAL)
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        with local:
+            yield local.scheduler_address
 
 
 @contextmanager
