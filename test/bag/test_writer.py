@@ -281,6 +281,16 @@ def test_what_the_disk_cannot_follow_is_dropped_and_counted(tmp_path, monkeypatc
     assert open_bag(tmp_path / 'bag').columns('/clock').log_time.tolist() == list(range(1, 101))
 
 
+def test_who_has_no_loop_to_keep_waits_for_the_disk_and_loses_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr('ur5_ros.bag.writer.MAX_WAITING', 100)
+    with BagWriter(tmp_path / 'bag', {}, patient=True) as writer:
+        clock = writer.topic('/clock', 'rosgraph_msgs/msg/Clock')
+        for k in range(1, 1001):
+            writer.write(clock, k, encode_clock(k))
+    assert writer.lost == 0
+    assert open_bag(tmp_path / 'bag').columns('/clock').log_time.tolist() == list(range(1, 1001))
+
+
 def test_what_is_handed_over_after_closing_is_counted_as_lost(tmp_path):
     writer = BagWriter(tmp_path / 'bag', {})
     clock = writer.topic('/clock', 'rosgraph_msgs/msg/Clock')

@@ -3,6 +3,7 @@
 import json
 import struct
 import threading
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -44,6 +45,9 @@ class BagWriter:
         Log time in one file [s]; 0 = no limit.
     max_size : int
         Size of one file [bytes]; 0 = no limit.
+    patient : bool
+        Let :meth:`write` wait for the disk instead of dropping messages: for everything that is
+        no control loop.
 
     Raises
     ------
@@ -53,8 +57,9 @@ class BagWriter:
     """
 
     def __init__(self, folder: Path, description: Mapping[str, str],
-                 max_duration: float = 60.0, max_size: int = 0) -> None:
+                 max_duration: float = 60.0, max_size: int = 0, patient: bool = False) -> None:
         self.folder = Path(folder)
+        self._patient = patient
         self.failure: str | None = None
         """Why nothing is written any more, or what was wrong with a message, in one sentence."""
         self._waiting: list[Message] = []
@@ -125,6 +130,8 @@ class BagWriter:
 
         """
         waiting = self._waiting
+        while self._patient and len(waiting) >= MAX_WAITING and self._thread.is_alive():
+            time.sleep(FLUSH_PERIOD)
         if len(waiting) < MAX_WAITING:
             waiting.append((topic, log_time,
                             log_time if publish_time is None else publish_time, data))
