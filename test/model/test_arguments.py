@@ -208,7 +208,28 @@ def test_a_changed_source_file_makes_the_cache_stale(monkeypatch):
     before = compiled._sources()
     reads = type(compiled.Path()).read_bytes
     monkeypatch.setattr(type(compiled.Path()), 'read_bytes', lambda path: reads(path) + b' ')
+    compiled._sources.cache_clear()  # read once in a process
     assert compiled._sources() != before
+    compiled._sources.cache_clear()
+
+
+def test_taking_kernels_from_the_cache_leaves_the_compiler_unloaded(tmp_path):
+    run(CALL, NUMBA_CACHE_DIR=str(tmp_path))
+    ask = 'import sys\nprint("numba.np.linalg" in sys.modules)'
+    assert run(CALL + ask, NUMBA_CACHE_DIR=str(tmp_path)).split()[-1] == 'False'
+
+
+def test_what_users_compile_is_declared_all_the_same(tmp_path):
+    sort = """
+    import numba
+    @numba.njit
+    def least(x):
+        return np.sort(x)[0]
+    print(least(np.array([3.0, 1.0, 2.0])))
+    """
+    for _ in range(2):
+        said = run(CALL + textwrap.dedent(sort), NUMBA_CACHE_DIR=str(tmp_path))
+        assert said.split()[-1] == '1.0'
 
 
 def test_importing_the_model_parameters_does_not_import_numba():

@@ -4,6 +4,7 @@ import inspect
 import os
 import threading
 from collections.abc import Callable, Sequence
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,11 @@ from typing import Any
 import numpy as np
 from numba import int64, njit, types
 from numba.core.caching import FunctionCache
+
+try:
+    from numba.core.runtime import rtsys
+except ImportError:  # not public: it may go
+    rtsys = None
 
 from ur5_ros.model.lumped import SIZE
 
@@ -127,12 +133,20 @@ class _SourceCache(FunctionCache):
     """
     Numba's cache on disk, also keyed by the text of all files of the model that are compiled.
 
-    Numba looks at the file of the kernel alone, not at the files of the functions it calls.
+    Numba looks at the file of the kernel alone, not at the files of the functions it calls.  And
+    before it looks for a kept function it declares all of NumPy to its compiler (and loads SciPy
+    where there is one), which takes a quarter of a second and is of use only for compiling.
     """
 
     def __init__(self, function: Callable[..., int], options: str):
         super().__init__(function)
         self._options = options
+
+    def load_overload(self, signature, context):
+        if rtsys is None:
+            return super().load_overload(signature, context)
+        rtsys.initialize(context)  # all of the declarations that compiled code refers to
+        return self._load_overload(signature, context)  # otherwise Numba compiles, and declares
 
     def _index_key(self, signature, codegen):
         return (super()._index_key(signature, codegen), self._options, _sources())
@@ -153,6 +167,7 @@ def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Calla
     return dispatcher
 
 
+@cache
 def _sources() -> str:
     digest = sha256()
     for path in sorted(Path(__file__).parent.glob('*.py')):
