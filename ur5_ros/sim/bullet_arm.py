@@ -1,7 +1,7 @@
 """The arm in PyBullet: the only file that knows the engine and its traps."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ur5_ros.sim.engine import pybullet
 from ur5_ros.sim.urdf import link_bodies, urdf_text
 
 _ZEROS = [0.0] * 6
+_TORQUE = pybullet.TORQUE_CONTROL
 
 
 class BulletArm:
@@ -42,8 +43,8 @@ class BulletArm:
 
     def __init__(self, arm: ArmParameters, gravity: np.ndarray, step_time: float,
                  gui: bool = False):
-        self._step_time = step_time
-        urdf_text(arm, bare=True)  # refuses before a world is opened
+        self._step_time, self._gui = step_time, gui
+        urdf_text(arm, bare=True, shapes=False)  # refuses before a world is opened
         if gui:
             check_display()
         try:
@@ -62,7 +63,7 @@ class BulletArm:
             fixedTimeStep=self._step_time, numSubSteps=0, deterministicOverlappingPairs=1,
             physicsClientId=client)
         with tempfile.NamedTemporaryFile('w', suffix='.urdf', encoding='utf-8') as file:
-            file.write(urdf_text(arm, bare=True))
+            file.write(urdf_text(arm, bare=True, shapes=self._gui))
             file.flush()
             body = pybullet.loadURDF(file.name, useFixedBase=True, physicsClientId=client,
                                      flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
@@ -99,6 +100,25 @@ class BulletArm:
         pybullet.stepSimulation(physicsClientId=client)
         states = pybullet.getJointStates(self._body, self._joints, physicsClientId=client)
         return [state[0] for state in states], [state[1] for state in states]
+
+    def stepper(self) -> Callable[[list[float]], tuple[float, ...]]:
+        """
+        Return :meth:`advance` as one function for many steps; it gives q and qd in one tuple.
+
+        It belongs to the bodies that are loaded now.
+        """
+        body, joints, client, torque = self._body, self._joints, self._client, _TORQUE
+        push, step = pybullet.setJointMotorControlArray, pybullet.stepSimulation
+        read = pybullet.getJointStates
+
+        def advance(tau: list[float]) -> tuple[float, ...]:
+            push(body, joints, torque, forces=tau, physicsClientId=client)
+            step(client)
+            ((q1, v1, _, _), (q2, v2, _, _), (q3, v3, _, _), (q4, v4, _, _), (q5, v5, _, _),
+             (q6, v6, _, _)) = read(body, joints, client)
+            return q1, q2, q3, q4, q5, q6, v1, v2, v3, v4, v5, v6
+
+        return advance
 
     def mass_matrix(self, q: list[float]) -> np.ndarray:
         """Return M(q) of the loaded bodies [kg m^2], shape (6, 6), without rotor inertia."""

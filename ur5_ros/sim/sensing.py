@@ -10,16 +10,33 @@ from ur5_ros.signals import ArmState
 _KEPT = 1001
 
 
-class Sensor:
+class Noise:
     """
-    Remembers the true states and tells the measured one.
+    Standard normal numbers of a period, from a counter-based generator.
 
-    Noise is drawn from a counter-based generator keyed by the seed and the period, so that it
-    depends on nothing else: not on what was asked before, nor on when noise was switched on.
+    Keyed by the seed and the period, they depend on nothing else: not on what was asked before,
+    nor on when noise was switched on.
 
     """
 
     def __init__(self):
+        self._bits = np.random.Philox(key=0)
+        self._numbers = np.random.Generator(self._bits)
+        self._fresh = self._bits.state  # put back before each use: a new generator takes longer
+
+    def of_period(self, seed: int, k: int) -> np.ndarray:
+        """Return six numbers for the positions and six for the velocities of period ``k``."""
+        place = self._fresh['state']
+        place['key'][0], place['counter'][1] = seed, k
+        self._bits.state = self._fresh
+        return self._numbers.standard_normal(12)
+
+
+class Sensor:
+    """Remembers the true states and tells the measured one."""
+
+    def __init__(self):
+        self._noise = Noise()
         self._past: deque[tuple[int, ArmState]] = deque(maxlen=_KEPT)
 
     def forget(self) -> None:
@@ -53,7 +70,6 @@ class Sensor:
         k, content = self._past[max(-1 - delay, -len(self._past))]
         q, qd = content.q, content.qd
         if position > 0.0 or velocity > 0.0:
-            noise = np.random.Generator(
-                np.random.Philox(key=seed, counter=[0, k, 0, 0])).standard_normal(12)
+            noise = self._noise.of_period(seed, k)
             q, qd = q + position * noise[:6], qd + velocity * noise[6:]
         return ArmState(now.stamp, q, qd, content.effort)

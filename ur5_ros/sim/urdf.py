@@ -19,7 +19,8 @@ _FLANGE_IN_TOOL0 = (0.0, -np.pi / 2, -np.pi / 2)
 _TOOL0_IN_FLANGE = (np.pi / 2, 0.0, np.pi / 2)
 
 
-def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False) -> str:
+def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
+              shapes: bool = True) -> str:
     """
     Return the arm as a URDF, in the manufacturer's angles q_UR for every arm.
 
@@ -37,6 +38,8 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False) -> st
     bare : bool
         The chain that the simulator loads: ``base`` is the root, the massless frames are left
         out and the joints are continuous, because the plant has its own stops.
+    shapes : bool
+        Say what the links look like; where nobody looks, they take most of the time of loading.
 
     Returns
     -------
@@ -56,8 +59,8 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False) -> st
     if not re.fullmatch(r'[A-Za-z0-9_/]*', tf_prefix):
         raise Refusal(f'tf_prefix {tf_prefix!r}; give letters, digits, _ and / only')
     root = 'base' if bare else 'base_link_inertia'
-    shapes = arm_shapes(arm)
-    parts = [_massless_link(tf_prefix + root, shapes['base'])]
+    looks = arm_shapes(arm) if shapes else {}
+    parts = [_massless_link(tf_prefix + root, looks.get('base', ()))]
     if not bare:
         parts += [
             _massless_link(tf_prefix + 'base_link'),
@@ -68,7 +71,7 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False) -> st
     bodies = link_bodies(arm)
     for i, (name, (xyz, rpy)) in enumerate(zip(LINK_NAMES, joint_origins(arm), strict=True)):
         parent = root if i == 0 else LINK_NAMES[i - 1]
-        parts.append(_link(tf_prefix + name, *bodies[i], shapes[name]))
+        parts.append(_link(tf_prefix + name, *bodies[i], looks.get(name, ())))
         parts.append(_moving_joint(tf_prefix, i, parent, name, xyz, rpy,
                                    arm, bare))
     if not bare:
