@@ -34,6 +34,7 @@ LARGE = 1024
 inlined = njit(fastmath={'contract'}, error_model='numpy', forceinline=True)
 
 _COMPILING = threading.RLock()
+_most_threads = 0
 
 
 class Kernel:
@@ -178,7 +179,26 @@ def _sources() -> str:
     return digest.hexdigest()
 
 
+def limit_threads(number: int) -> None:
+    """
+    Let many states be shared among at most so many threads of this process.
+
+    For a process that is one of several at work, as many as there are processors; the results
+    do not depend on it.
+
+    Parameters
+    ----------
+    number : int
+        Threads; 0 = as many as there are processors, which is how it begins.
+
+    """
+    global _most_threads
+    _most_threads = number
+
+
 def _processors() -> int:
+    if _most_threads:
+        return _most_threads
     if hasattr(os, 'sched_getaffinity'):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
