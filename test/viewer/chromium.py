@@ -71,11 +71,12 @@ class Chromium:
             time.sleep(0.2)
         raise AssertionError(f'never true: {expression}')
 
-    def key(self, name: str, code: int) -> None:
-        """Press a key."""
+    def key(self, name: str, number: int, code: str = '') -> None:
+        """Press a key; a key that writes has a name of one character."""
         for kind in ('keyDown', 'keyUp'):
-            self.ask('Input.dispatchKeyEvent', type=kind, key=name, code=name,
-                     windowsVirtualKeyCode=code)
+            text = {'text': name} if kind == 'keyDown' and len(name) == 1 else {}
+            self.ask('Input.dispatchKeyEvent', type=kind, key=name, code=code or name,
+                     windowsVirtualKeyCode=number, **text)
 
     def photograph(self, path: Path) -> Path:
         """Write a PNG of the window."""

@@ -18,8 +18,6 @@ chromium = importlib.util.module_from_spec(spec)
 sys.modules['chromium'] = chromium
 spec.loader.exec_module(chromium)
 
-#: The library of the viewer logs its state, and warns once of a class that it still uses itself.
-LIBRARY = ('log: ', 'info: ', 'warning: THREE.Clock: This module has been deprecated')
 WIDE, NARROW = (1280, 800), (420, 860)
 
 
@@ -50,21 +48,57 @@ def shown(browser, view, size, t: float, folder: Path, dark: bool = False) -> np
     return np.asarray(Image.open(path).convert('RGB')).astype(int)
 
 
+def until(there) -> None:
+    """Wait for a condition."""
+    end = time.monotonic() + 10
+    while not there() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert there()
+
+
 def near(picture: np.ndarray, colour: tuple[int, int, int], distance: int = 40) -> int:
     """Return how many pixels have about this colour."""
     return int((np.abs(picture - colour).max(axis=-1) < distance).sum())
 
 
+def panel(browser) -> list[float]:
+    """Return left, top, right and bottom of what holds the controls [pixels]."""
+    return browser.evaluate(
+        "(() => { let node = document.querySelector('[role=slider]');"
+        "while (node.parentElement && !['fixed', 'absolute'].includes("
+        "getComputedStyle(node).position) || node.getBoundingClientRect().height < 200)"
+        "node = node.parentElement;"
+        "const box = node.getBoundingClientRect();"
+        "return [box.left, box.top, box.right, box.bottom]; })()")
+
+
+@pytest.mark.parametrize('dark', [False, True], ids=['light', 'dark'])
 @pytest.mark.parametrize('size', [WIDE, NARROW], ids=['wide', 'narrow'])
-def test_the_page_shows_arm_paths_numbers_and_curves(browser, view, size, tmp_path):
+def test_the_page_shows_arm_paths_numbers_and_curves_and_says_nothing(browser, view, size, dark,
+                                                                      tmp_path):
     t = view.page_times[len(view.page_times) // 2]
-    picture = shown(browser, view, size, t, tmp_path)
-    assert near(picture, (112, 158, 194)) > 300, 'the lids of the joints'
-    assert near(picture, (230, 97, 1)) > 30, 'the wanted path'
+    picture = shown(browser, view, size, t, tmp_path, dark)
+    lids, wanted = ((105, 150, 185), (230, 120, 35)) if dark else ((112, 158, 194), (230, 97, 1))
+    assert near(picture, lids) > 300, 'the lids of the joints'
+    assert near(picture, wanted) > 30, 'the wanted path'
     for title in ('Torque [N m]', 'Joint error [mrad]', 'Tool error [mm]'):
         assert browser.evaluate(f"document.body.textContent.includes('{title}')"), title
     wide = browser.evaluate('document.documentElement.scrollWidth')
     assert wide <= size[0], 'nothing sticks out sideways'
+    ground = np.median(picture.reshape(-1, 3), axis=0).mean()
+    assert (ground < 60) if dark else (ground > 230), 'the colours of the system'
+    assert not browser.console
+
+
+def test_in_a_narrow_window_the_whole_arm_stands_above_the_panel(browser, view, tmp_path):
+    picture = shown(browser, view, NARROW, view.page_times[40], tmp_path)
+    left, top, right, bottom = panel(browser)
+    assert (left, right, bottom) == (0, *NARROW)
+    rows, columns = np.nonzero(np.abs(picture - (112, 158, 194)).max(axis=-1) < 40)  # the lids
+    above = rows < top
+    assert above.sum() > 300
+    assert columns[above].min() > 10 and columns[above].max() < NARROW[0] - 10
+    assert rows[above].max() < top - 10
 
 
 def test_the_arm_moves_with_the_timeline(browser, view, tmp_path):
@@ -73,32 +107,48 @@ def test_the_arm_moves_with_the_timeline(browser, view, tmp_path):
     assert (np.abs(first - last).max(axis=-1) > 60).sum() > 2000
 
 
-def test_the_page_gives_no_error_and_no_warning(browser, view, tmp_path):
-    shown(browser, view, WIDE, view.page_times[10], tmp_path)
-    said = [line for line in browser.console if not line.startswith(LIBRARY)]
-    assert not said
+@pytest.mark.parametrize('size', [WIDE, NARROW], ids=['wide', 'narrow'])
+def test_the_keyboard_reaches_and_moves_the_timeline_and_leaves_the_camera(browser, view, size,
+                                                                           tmp_path):
+    shown(browser, view, size, view.page_times[0], tmp_path)
+    reached = []
+    for _ in range(12):
+        browser.key('Tab', 9)
+        reached.append(browser.evaluate(
+            "document.activeElement.getAttribute('role') || document.activeElement.innerText"))
+        if reached[-1] == 'slider':
+            break
+    assert reached[-1] == 'slider', reached
+    assert browser.evaluate('getComputedStyle(document.activeElement).outlineStyle') == 'solid'
+    client = next(iter(view.page.server.get_clients().values()))
+    camera = client.camera.position
+    for key, code, there in (('ArrowRight', 39, lambda t: 0 < t < 1), ('End', 35, lambda t: t > 5),
+                             ('Home', 36, lambda t: t == 0)):
+        for _ in range(3):
+            browser.key(key, code)
+        until(lambda there=there: there(view.time.value))
+    assert np.array_equal(client.camera.position, camera)
 
 
-def test_the_timeline_is_moved_by_the_keyboard(browser, view, tmp_path):
+def test_space_on_the_button_and_the_key_p_play_and_pause(browser, view, tmp_path):
     shown(browser, view, WIDE, view.page_times[0], tmp_path)
-    browser.evaluate("document.querySelector('[role=slider]').focus()")
-    before = view.time.value
-    for _ in range(5):
-        browser.key('ArrowRight', 39)
-    end = time.monotonic() + 10
-    while view.time.value == before and time.monotonic() < end:
-        time.sleep(0.1)
-    assert view.time.value > before
+    browser.evaluate('document.activeElement.blur()')
+    browser.key('p', 80, 'KeyP')
+    until(lambda: view.play.label == 'Pause')
+    browser.wait("document.body.innerText.includes('Pause')")
+    browser.evaluate("[...document.querySelectorAll('button')]"
+                     ".find(each => each.innerText === 'Pause').focus()")
+    browser.key(' ', 32, 'Space')
+    until(lambda: view.play.label == 'Play')
+    assert not browser.console
 
 
-def test_the_dark_switch_makes_the_page_dark(browser, view, tmp_path):
-    light = shown(browser, view, WIDE, view.page_times[20], tmp_path)
-    view.dark.value = True
-    try:
-        dark = shown(browser, view, WIDE, view.page_times[21], tmp_path)
-    finally:
-        view.dark.value = False
-    assert dark[:, 900:].mean() < 0.5 * light[:, 900:].mean()
+def test_the_page_asks_nothing_of_the_network(browser, view, tmp_path):
+    shown(browser, view, WIDE, view.page_times[5], tmp_path)
+    asked = browser.evaluate(
+        "performance.getEntriesByType('resource').map(entry => entry.name).join(' ')")
+    assert not [each for each in asked.split()
+                if each.startswith('http') and not each.startswith('http://127.0.0.1:')]
 
 
 def test_play_moves_the_timeline_and_ends_at_the_end(view):

@@ -42,6 +42,8 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
 
 
 def _live(port: int) -> 'LiveView':
+    from ur5_ros.nodes.environment import check_environment
+    check_environment()  # the middleware is loaded with the next import
     from ur5_ros.viewer.live import LiveView
     return LiveView(port)
 

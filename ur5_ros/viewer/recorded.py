@@ -38,11 +38,11 @@ class RecordedView:
             self.play = gui.add_button('Play')
             self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
                                           initial_value='1')
-        self.dark = self.page.dark
         self._playing = False
         self._lock = threading.Lock()
         self.time.on_update(lambda _: self._show())
         self.play.on_click(lambda _: self.play_or_pause())
+        gui.add_command('Play or pause', hotkey='P').on_trigger(lambda _: self.play_or_pause())
         self._show()
 
     @property

@@ -1,25 +1,17 @@
 """The page that both views share: an arm, charts and a line of numbers, on this machine only."""
 
-import contextlib
-import io
-
 import numpy as np
-import viser
 
 from ur5_ros.viewer.arm_scene import ArmScene
+from ur5_ros.viewer.client import Server, View
 from ur5_ros.viewer.curves import Curves
 from ur5_ros.viewer.track import Track
 from ur5_ros.viewer.urdf_tree import UrdfTree
 
-#: Where the camera stands and what it looks at [m], in a wide and in an upright window.
-_WIDE = (0.9, 1.25, 0.95), (0.0, 0.0, 0.35)
-_UPRIGHT = (0.9, 2.25, 1.0), (-0.3, 0.25, -0.1)
-
-
-def _aim(client: viser.ClientHandle) -> None:
-    """Keep the arm out from under the panel of an upright window."""
-    if client.camera.aspect < 0.8:
-        client.camera.position, client.camera.look_at = _UPRIGHT
+#: Where the camera stands and what it looks at, in a wide and in an upright window, where the
+#: panel lies across the lower half; in lengths of the stretched arm.
+_WIDE = (0.82, 1.14, 0.87), (0.0, 0.0, 0.32)
+_UPRIGHT = (1.27, 1.59, 0.42), (0.33, 0.28, -0.21)
 
 
 class Page:
@@ -40,24 +32,19 @@ class Page:
     """
 
     def __init__(self, tree: UrdfTree, track: Track, title: str, port: int):
-        with contextlib.redirect_stdout(io.StringIO()):  # it would draw a box of its own
-            self.server = viser.ViserServer(host='127.0.0.1', port=port, label=title,
-                                            verbose=False)
+        length = sum(float(np.linalg.norm(joint.pose[:3, 3])) for joint in tree.joints)
+        self._serving = Server(title, port, _scaled(_WIDE, length), _scaled(_UPRIGHT, length))
+        self.server = self._serving.viser
         gui = self.server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
         gui.set_panel_label(title)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.server.initial_camera.position, self.server.initial_camera.look_at = _WIDE
-        self.server.on_client_connect(_aim)
         self.arm = ArmScene(self.server, tree)
         self.numbers = gui.add_markdown('')
         self.controls = gui.add_folder('Time')
         with gui.add_folder('Curves'):
             self.curves = Curves(self.server, track)
-        self.dark = gui.add_checkbox('Dark', initial_value=False)
-        self.dark.on_update(lambda _: gui.configure_theme(
-            dark_mode=self.dark.value, show_logo=False, show_share_button=False))
 
     @property
     def address(self) -> str:
@@ -72,8 +59,12 @@ class Page:
 
     def close(self) -> None:
         """Stop serving."""
-        with contextlib.redirect_stdout(io.StringIO()):
-            self.server.stop()
+        self._serving.close()
+
+
+def _scaled(view: View, length: float) -> View:
+    position, target = (tuple(length * value for value in point) for point in view)
+    return position, target
 
 
 def numbers(track: Track, row: int) -> str:
