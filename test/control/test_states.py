@@ -152,3 +152,58 @@ def test_the_status_is_made_of_numbers_and_texts():
         for value in controller.status().values():
             assert isinstance(value, str | int | float)
         controller.update(state(1))
+
+
+class OnlyTheLongWay:
+    possible = False
+
+
+def mishap(rng, k):
+    """Return the state of period k: mostly near home, now and then what a robot should not do."""
+    q, qd = HOME + 0.02 * rng.standard_normal(6), 0.1 * rng.standard_normal(6)
+    joint = rng.integers(6)
+    match rng.integers(12):
+        case 0:
+            q[joint] += rng.choice([-3.0, 3.0])
+        case 1:
+            qd[joint] = rng.choice([-4.0, 4.0])  # faster than any limit of the UR5
+        case 2:
+            q[joint] = rng.choice([np.nan, np.inf])
+        case 3:
+            qd[joint] = rng.choice([np.nan, -np.inf, 1e300])
+        case 4:
+            q += 2.0 * rng.standard_normal(6)  # moved, if the next one confirms it
+    return state(k, q, qd)
+
+
+def outcome(controller, given):
+    try:
+        answer = controller.update(given)
+    except Refusal as refusal:
+        return str(refusal)
+    return (answer.stamp, answer.parts.tobytes(), answer.status, answer.limited,
+            *(part.tobytes() for part in answer.reference))
+
+
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('gain', [10.0, 4000.0])  # the greater one meets the effort limits
+def test_the_quick_way_of_an_ordinary_period_and_the_long_one_cannot_be_told_apart(seed, gain):
+    given = {'kp': [gain], 'kd': [2.0 * gain ** 0.5], 'experiment': ''}
+    quick, long = Controller(given, RATE), Controller(given, RATE)
+    long._ordinary = OnlyTheLongWay()
+    rng = np.random.default_rng(seed)
+    asked = 0
+    for k in range(1, 600):
+        at = k + (600 if k == 300 else 0)  # once the clock jumps ahead, and then back
+        now = mishap(rng, at)
+        assert outcome(quick, now) == outcome(long, now)
+        if quick.last[1] is None:
+            continue
+        asked += quick._ordinary.torque(now, now, quick.last[1].reference) is not None
+        if k % 150 == 1:
+            goal = HOME + 0.3 * rng.random()
+            for controller in (quick, long):
+                controller.target_joints(JOINT_NAMES, goal)
+    told, expected = quick.status(), long.status()
+    assert told == expected
+    assert asked > 100 if gain == 10.0 else told['limited_periods'] > 100

@@ -157,11 +157,11 @@ class FixedTrajectoryPoint:
     def encode(self, stamp: int, positions=(), velocities=(), accelerations=(),
                effort=()) -> bytes:
         """Return the message as CDR bytes; stamp [ns], four arrays of shape (n,), SI units."""
-        given = (_doubles(positions), _doubles(velocities), _doubles(accelerations),
-                 _doubles(effort))
-        if tuple(map(len, given)) != self._sizes:
-            _check(self._counts, *given)
-        return self._fill(_stamp_bytes(stamp), *given, _AT_ONCE)
+        q, qd, qdd, tau = (_doubles(positions), _doubles(velocities), _doubles(accelerations),
+                           _doubles(effort))
+        if (len(q), len(qd), len(qdd), len(tau)) != self._sizes:
+            _check(self._counts, q, qd, qdd, tau)
+        return self._fill(_pack_stamp(*divmod(stamp, NANOSECONDS)), q, qd, qdd, tau, _AT_ONCE)
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (stamp [ns], positions, velocities, accelerations, effort), read-only views."""

@@ -73,12 +73,15 @@ class Layout:
         self.size = len(self.template)
         self._mask = int.from_bytes(self.mask, 'little')
         self._expected = int.from_bytes(self.template, 'little') & self._mask
-        self._parts = []
+        self._parts: list[bytes] = []
+        self._constants = []
         at = 0
-        for begin, end in self._edges:
+        for begin, end in [*self._edges, (self.size, self.size)]:
             self._parts += [bytes(self.template[at:begin]), b'']
+            if begin > at:
+                self._constants.append((slice(at, begin), bytes(self.template[at:begin])))
             at = end
-        self._parts.append(bytes(self.template[at:]))
+        self._parts.pop()
         return self
 
     def fill(self, *holes: bytes) -> bytes:
@@ -89,8 +92,12 @@ class Layout:
 
     def matches(self, data: bytes) -> bool:
         """Return whether ``data`` has this layout: same size, same names, same lengths."""
-        return (len(data) == self.size
-                and int.from_bytes(data, 'little') & self._mask == self._expected)
+        if len(data) != self.size:
+            return False
+        for place, expected in self._constants:  # our own messages: padding is zero
+            if data[place] != expected:
+                return int.from_bytes(data, 'little') & self._mask == self._expected
+        return True
 
     def fits(self, rows: np.ndarray) -> np.ndarray:
         """

@@ -1,5 +1,7 @@
 """Poses as messages have them: position and quaternion."""
 
+from math import sqrt
+
 import numpy as np
 
 
@@ -23,16 +25,16 @@ def position_and_quaternion(transform: np.ndarray) -> tuple[np.ndarray, np.ndarr
         x, y, z, w, of norm one, w not negative.
 
     """
-    m = transform[:3, :3]
-    squares = np.array([1 + m[0, 0] - m[1, 1] - m[2, 2], 1 - m[0, 0] + m[1, 1] - m[2, 2],
-                        1 - m[0, 0] - m[1, 1] + m[2, 2], 1 + m[0, 0] + m[1, 1] + m[2, 2]])
-    products = np.array([
-        [0.0, m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
-        [m[0, 1] + m[1, 0], 0.0, m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
-        [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], 0.0, m[1, 0] - m[0, 1]],
-        [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], 0.0]])
-    largest = int(squares.argmax())
-    quaternion = products[largest].copy()
-    quaternion[largest] = squares[largest]
-    quaternion /= np.linalg.norm(quaternion)
-    return transform[:3, 3].copy(), quaternion if quaternion[3] >= 0.0 else -quaternion
+    # floats, not arrays: a control loop asks, and NumPy would take ten times as long
+    (a, b, c, x), (d, e, f, y), (g, h, i, z) = transform[:3].tolist()
+    squares = [1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i]
+    largest = squares.index(max(squares))
+    quaternion = [
+        [squares[0], b + d, c + g, h - f],
+        [b + d, squares[1], f + h, c - g],
+        [c + g, f + h, squares[2], d - b],
+        [h - f, c - g, d - b, squares[3]],
+    ][largest]
+    norm = sqrt(sum(component * component for component in quaternion))
+    scale = 1.0 / norm if quaternion[3] >= 0.0 else -1.0 / norm
+    return np.array([x, y, z]), np.array([scale * component for component in quaternion])

@@ -21,14 +21,19 @@ class Answer(NamedTuple):
 
     stamp: int
     """Stamp of the state answered [ns]."""
-    torque: Torque
-    """What to send, and its parts."""
+    parts: np.ndarray
+    """What to send and its parts, rows as :class:`ur5_ros.signals.Torque` names them, (5, 6)."""
     reference: Reference
     """What the arm should have done at this stamp."""
     status: str
     """The state of the controller in words."""
     limited: str
     """'' or the limits that scaled the torque: 'effort', 'rate' or 'effort, rate'."""
+
+    @property
+    def torque(self) -> Torque:
+        """What to send, and its parts, by name [N m]."""
+        return Torque(*self.parts)
 
 
 def describe(

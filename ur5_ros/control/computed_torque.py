@@ -4,9 +4,12 @@ import numpy as np
 
 from ur5_ros.control import law_kernel
 from ur5_ros.control.gains import Gains, error_poles, gains_from
-from ur5_ros.model.dynamics import dynamics_terms
+from ur5_ros.errors import Refusal
+from ur5_ros.model.arguments import finite_array
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
+
+_NAMES = ('state.q', 'state.qd', 'state.q', 'reference.q', 'reference.qd', 'reference.qdd')
 
 __all__ = ['Gains', 'computed_torque', 'error_poles', 'gains_from']
 
@@ -40,12 +43,24 @@ def computed_torque(
     Torque
         The total and the parts that it is the sum of [N m].
 
+    Raises
+    ------
+    Refusal
+        If an array is not of shape (6,), or a number is not finite.
+
     """
-    terms = dynamics_terms(state.q + arm.angle_offset, state.qd, arm)
     torque = np.empty((5, 6))
-    given = (*terms, state.q, state.qd, *reference, gains.kp, gains.kd)
+    given = (state.q, state.qd, state.q, *reference)
+    beside = (arm.constants, arm.angle_offset, gains.kp, gains.kd, law_kernel.UNBOUNDED,
+              np.empty(law_kernel.WORK))
     try:
-        law_kernel.parts.single(*given, torque)
-    except TypeError:  # not compiled yet, or strided arrays
-        law_kernel.parts.run(1, [np.ascontiguousarray(array) for array in given], [], [torque])
+        special = law_kernel.law.single(*given, *beside, torque)
+    except TypeError:  # not compiled yet, or other arrays than contiguous ones of float64
+        given = tuple(finite_array(name, array, (6,))
+                      for name, array in zip(_NAMES, given, strict=True))
+        special = law_kernel.law.run(1, given, beside, [torque])
+    if special:
+        for name, array in zip(_NAMES, given, strict=True):
+            finite_array(name, array, (6,))
+        raise Refusal('state and reference give a torque that is not finite; give smaller numbers')
     return Torque(*torque)

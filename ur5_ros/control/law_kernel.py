@@ -1,29 +1,66 @@
-"""The sums of eq (11), compiled: at a thousand states a second NumPy's calls would cost most."""
+"""
+The paper's law, eq (11), compiled, with the checks that tell an ordinary period from others.
 
-from ur5_ros.model.compiled import R1, R2, W2, kernel
+One kernel for the controller, for loops without ROS and for :func:`computed_torque`: one set of
+machine code, hence the same bits.
+"""
+
+from math import fabs
+
+import numpy as np
+
+from ur5_ros.model.compiled import R1, R2, W1, W2, kernel
+from ur5_ros.model.dynamics_kernels import terms_of_state
+from ur5_ros.model.lanes import put
 
 #: Rows of the output, as :class:`ur5_ros.signals.Torque` has them.
 TOTAL, INERTIAL, FEEDBACK, CORIOLIS, GRAVITY = range(5)
 
+#: Where the bounds stand: lowest and highest position, speed, torque, jump of position.
+LOWER, UPPER, SPEED, EFFORT, JUMP, BOUNDS = 0, 6, 12, 18, 24, 25
 
-@kernel(R2, R2, R1, R1, R1, R1, R1, R1, R2, R2, W2)
-def parts(m, c, g, q, qd, q_wanted, qd_wanted, qdd_wanted, kp, kd, torque):
-    """Write M qdd*, M (-Kd e' - Kp e), C qd, g and their sum as rows of ``torque`` (5, 6)."""
+#: Bounds that everything finite keeps.
+UNBOUNDED = np.concatenate([np.full(6, -np.inf), np.full(19, np.inf)])
+
+#: Where the working space holds the model's angles, M and C; and how long it is.
+ANGLES, INERTIA, VELOCITY, WORK = 0, 6, 42, 78
+
+
+@kernel(R1, R1, R1, R1, R1, R1, R1, R1, R2, R2, R1, W1, W2)
+def law(q, qd, q_before, q_wanted, qd_wanted, qdd_wanted, k, offset, kp, kd, bounds, work, torque):
+    """
+    Write M qdd*, M (-Kd e' - Kp e), C qd, g and their sum as rows of ``torque``, (5, 6).
+
+    Returns 0 if state and torque keep all bounds; otherwise 1, and the torque may be unwritten.
+    """
     for i in range(6):
-        correction = 0.0
+        # a comparison with NaN is false: what is not finite keeps no bound
+        if not (fabs(q[i] - q_before[i]) <= bounds[JUMP]
+                and bounds[LOWER + i] <= q[i] <= bounds[UPPER + i]
+                and fabs(qd[i]) <= bounds[SPEED + i]):
+            return 1
+        work[ANGLES + i] = q[i] + offset[i]
+    m = work[INERTIA:VELOCITY].reshape((6, 6))
+    c = work[VELOCITY:WORK].reshape((6, 6))
+    g, correction = torque[GRAVITY], torque[TOTAL]
+    terms_of_state(work[ANGLES:INERTIA], qd, k, m, c, g, 0, np.intp(1), put)
+    for i in range(6):
+        correction[i] = 0.0
         for j in range(6):
-            correction -= kd[i, j] * (qd[j] - qd_wanted[j]) + kp[i, j] * (q[j] - q_wanted[j])
-        torque[GRAVITY, i] = correction
+            correction[i] -= (kd[i, j] * (qd[j] - qd_wanted[j])
+                              + kp[i, j] * (q[j] - q_wanted[j]))
     for i in range(6):
         inertial = feedback = coriolis = 0.0
         for j in range(6):
             inertial += m[i, j] * qdd_wanted[j]
-            feedback += m[i, j] * torque[GRAVITY, j]
+            feedback += m[i, j] * correction[j]
             coriolis += c[i, j] * qd[j]
         torque[INERTIAL, i] = inertial
         torque[FEEDBACK, i] = feedback
         torque[CORIOLIS, i] = coriolis
-        torque[TOTAL, i] = inertial + feedback + coriolis + g[i]
+    kept = True
     for i in range(6):
-        torque[GRAVITY, i] = g[i]
-    return 0
+        total = torque[INERTIAL, i] + torque[FEEDBACK, i] + torque[CORIOLIS, i] + g[i]
+        torque[TOTAL, i] = total
+        kept &= fabs(total) <= bounds[EFFORT + i]
+    return 0 if kept else 1

@@ -183,7 +183,7 @@ def plan_path(
     if len(set(times)) <= 1:
         lines, duration = speed_path(poses, settings.tool_speed)
     else:
-        lines = stamped_path(poses, (np.array(times, dtype=np.int64) - times[0]) / SECOND)
+        lines = stamped_path(poses, np.array([(time - times[0]) / SECOND for time in times]))
         duration = (times[-1] - times[0]) / SECOND
     if duration * settings.control_rate > _LONGEST_PATH:
         raise Refusal(f'the path takes {duration:.1f} s; at {settings.control_rate} Hz at most '

@@ -13,7 +13,7 @@ CLOCK_GAP = 1_000_000_000
 #: Unbelievable states answered in a row; then no answer, and the robot's own watchdog acts.
 LARGEST_RUN = 10
 #: More than all positions [rad] and speeds [rad/s] of an arm together.
-_LARGEST = 1e6
+LARGEST = 1e6
 
 
 class Arrival(Enum):
@@ -66,31 +66,32 @@ class StateGate:
         """
         last = self.last
         q = state.q.tolist()
-        if not sum(map(abs, q)) + sum(map(abs, state.qd.tolist())) < _LARGEST:  # True for NaN
+        if not sum(map(abs, q)) + sum(map(abs, state.qd.tolist())) < LARGEST:  # True for NaN
             return self._doubt(state, 'the state holds a number not finite or beyond any joint')
         if last is None:
-            return self._believe(state, Arrival.FIRST)
+            return self.believe(state, Arrival.FIRST)
         step = state.stamp - last.stamp
         if step < 0:
             self.sentence = f'the clock went back by {-step / 1e9:.6f} s'
-            return self._believe(state, Arrival.RESTARTED)
+            return self.believe(state, Arrival.RESTARTED)
         if step > CLOCK_GAP:
             self.sentence = f'the clock jumped ahead by {step / 1e9:.6f} s'
-            return self._believe(state, Arrival.GAP)
+            return self.believe(state, Arrival.GAP)
         # six numbers: a plain loop takes a fifth of the time of array operations
         jump = max(abs(a - b) for a, b in zip(q, last.q.tolist(), strict=True))
         if jump <= largest_jump:
-            return self._believe(state, Arrival.FOLLOWS)
+            return self.believe(state, Arrival.FOLLOWS)
         suspect = self._suspect
         if suspect is not None and np.abs(state.q - suspect.q).max() <= largest_jump:
-            return self._believe(state, Arrival.MOVED)
+            return self.believe(state, Arrival.MOVED)
         joint = int(np.abs(state.q - last.q).argmax())
         verdict = self._doubt(state, f'joint {joint + 1} jumped by {jump:.4f} rad between two '
                               f'states; max_state_jump is {largest_jump:g}')
         self._suspect = state
         return verdict
 
-    def _believe(self, state: ArmState, verdict: Arrival) -> Arrival:
+    def believe(self, state: ArmState, verdict: Arrival) -> Arrival:
+        """Remember a state as the last one believed; return ``verdict``."""
         self.last, self._suspect, self._run = state, None, 0
         return verdict
 

@@ -4,8 +4,6 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.status import ERROR, OK, STALE, WARN
@@ -13,7 +11,7 @@ from ur5_ros.control.controller import Answer, Controller
 from ur5_ros.control.settings import USUAL_RATE
 from ur5_ros.errors import Refusal
 from ur5_ros.model.kinematics import forward_kinematics
-from ur5_ros.nodes.control_topics import ControlOutputs
+from ur5_ros.nodes.control_topics import TOTAL, ControlOutputs
 from ur5_ros.nodes.messages import StateReader
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
@@ -95,8 +93,8 @@ class Answering:
         if self._rate is None:
             self._find_rate(state.stamp)
         answer = self.controller.update(state)
-        self._outputs.command(state.stamp, answer.torque.total)
-        self._outputs.details(state.stamp, answer.torque, answer.reference)
+        self._outputs.command(state.stamp, answer.parts[TOTAL])
+        self._outputs.details(state.stamp, answer.parts, answer.reference)
         self._last, self.stamp = data, state.stamp
         self._recording.write(record, data)
         self.hash.add(data)
@@ -158,7 +156,7 @@ class Answering:
 
     def _monitor(self, state: ArmState, answer: Answer) -> None:
         arm = self.controller.arm
-        q = np.stack([state.q, answer.reference.q]) + arm.angle_offset
-        tool, wanted = forward_kinematics(q, arm)
+        tool, wanted = (forward_kinematics(q + arm.angle_offset, arm)
+                        for q in (state.q, answer.reference.q))
         self._outputs.monitor(state, answer.reference, position_and_quaternion(tool),
                               position_and_quaternion(wanted))

@@ -18,6 +18,7 @@ from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
 
 #: Parts of the commanded torque, as ``~/torque_parts`` names them.
 PARTS = Torque._fields
+TOTAL, FEEDBACK = PARTS.index('total'), PARTS.index('feedback')
 
 
 class ControlOutputs:
@@ -59,10 +60,12 @@ class ControlOutputs:
         self._publish_reference, self._reference_id = topics.publisher(
             'reference', '~/reference', JointTrajectory, for_onlookers=True)
         self._publish_parts, self._parts_id = topics.publisher(
-            'torque_parts', '~/torque_parts', JointState)
-        self._send_error = topics.sender('error', '~/error', JointState)
-        self._send_tool = topics.sender('tool_pose', '~/tool_pose', PoseStamped)
-        self._send_wanted = topics.sender('reference_pose', '~/reference_pose', PoseStamped)
+            'torque_parts', '~/torque_parts', JointState, for_onlookers=True)
+        self._send_error = topics.sender('error', '~/error', JointState, for_onlookers=True)
+        self._send_tool = topics.sender(
+            'tool_pose', '~/tool_pose', PoseStamped, for_onlookers=True)
+        self._send_wanted = topics.sender(
+            'reference_pose', '~/reference_pose', PoseStamped, for_onlookers=True)
         self._send_diagnostics = topics.sender('diagnostics', '/diagnostics', DiagnosticArray)
         self.hash = PayloadHash(self._command)
         self._last = b''
@@ -85,14 +88,13 @@ class ControlOutputs:
         if self._last:
             self._publish_command(self._last)
 
-    def details(self, stamp: int, torque: Torque, reference: Reference) -> None:
-        """Send the reference; record it and the parts of the torque."""
+    def details(self, stamp: int, parts: np.ndarray, reference: Reference) -> None:
+        """Send the reference; record it and the parts of the torque, (5, 6)."""
         write = self._recording.write
-        data = self._reference.encode(
-            stamp, reference.q, reference.qd, reference.qdd, torque.total - torque.feedback)
+        data = self._reference.encode(stamp, *reference, parts[TOTAL] - parts[FEEDBACK])
         self._publish_reference(data)
         write(self._reference_id, data)
-        self._last_parts = self._parts.encode(stamp, (), (), np.concatenate(torque))
+        self._last_parts = self._parts.encode(stamp, (), (), parts)
         write(self._parts_id, self._last_parts)
 
     def monitor(

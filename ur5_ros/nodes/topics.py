@@ -63,9 +63,11 @@ class Topics:
 
     def sender(
         self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
+        *, for_onlookers: bool = False,
     ) -> Send:
-        """Return what publishes and records bytes."""
-        publish, number = self.publisher(role, topic, message_type, qos)
+        """Return what publishes, to somebody or at all, and records bytes."""
+        publish, number = self.publisher(
+            role, topic, message_type, qos, for_onlookers=for_onlookers)
         recording = self._recording
 
         def send(data: bytes) -> None:
