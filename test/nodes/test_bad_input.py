@@ -36,10 +36,21 @@ def test_a_wrong_parameter_is_refused_in_one_line(ros, node, parameters, said):
 @pytest.mark.fault(35, 36)
 @pytest.mark.parametrize(('variable', 'value'), [
     ('ROS_DOMAIN_ID', 'abc'), ('ROS_DOMAIN_ID', '233'), ('ROS_SECURITY_ENABLE', 'true'),
-    ('UR5_ROS_CORE', '999'), ('ROS_LOG_DIR', '/proc/none')])
-def test_a_wrong_environment_is_refused_in_one_line(ros, variable, value):
-    said = refused(ros.start('sim', environment={variable: value}))
+    ('ROS_DOMAIN_ID', '9999'), ('UR5_ROS_CORE', '999'), ('ROS_LOG_DIR', '/proc/none'),
+    ('RMW_IMPLEMENTATION', 'rmw_none_cpp'), ('RMW_IMPLEMENTATION', '../../x'),
+    ('FASTRTPS_DEFAULT_PROFILES_FILE', '/nowhere/loopback.xml'),
+    ('FASTRTPS_DEFAULT_PROFILES_FILE', '/etc/passwd'),
+    ('RCUTILS_LOGGING_BUFFERED_STREAM', '7'), ('ROS_STATIC_PEERS', 'not..a;host')])
+@pytest.mark.parametrize('node', ['sim', 'control'])
+def test_a_wrong_environment_is_refused_in_one_line(ros, node, variable, value):
+    said = refused(ros.start(node, environment={variable: value}))
     assert variable in said or value in said
+
+
+def test_the_middleware_that_is_there_may_be_named(ros):
+    sim = ros.start('sim', environment={'RMW_IMPLEMENTATION': 'rmw_fastrtps_cpp'}, stop_after=0)
+    sim.says('recorded in')
+    assert sim.stop() == 0
 
 
 @pytest.mark.parametrize(('text', 'said'), [

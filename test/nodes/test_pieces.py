@@ -15,9 +15,10 @@ from ur5_ros.bag.reader import open_bag
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.errors import Refusal
 from ur5_ros.nodes.diagnostics import Refusals, Throttle
+from ur5_ros.nodes.environment import check_environment
 from ur5_ros.nodes.messages import EffortReader, StateReader, order_of
 from ur5_ros.nodes.parameters import matches
-from ur5_ros.nodes.process import check_environment
+from ur5_ros.nodes.process import pin_to_core
 from ur5_ros.nodes.recording import Recording, run_of
 from ur5_ros.nodes.serving import LoopRequests
 from ur5_ros.signals import JOINT_NAMES
@@ -185,13 +186,24 @@ def test_a_throttle_lets_a_line_through_again_after_its_time():
 @pytest.mark.parametrize('environment', [
     {'ROS_DOMAIN_ID': '-1'}, {'ROS_DOMAIN_ID': '1.5'}, {'ROS_DOMAIN_ID': '300'},
     {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Permissive'},
-    {'ROS_SECURITY_ENABLE': 'true'}, {'UR5_ROS_CORE': 'first'}])
+    {'ROS_SECURITY_ENABLE': 'true'}, {'RCUTILS_LOGGING_USE_STDOUT': 'yes'},
+    {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'near'}, {'ROS_STATIC_PEERS': '127.0.0.1;no..host'},
+    {'FASTRTPS_DEFAULT_PROFILES_FILE': '/'}, {'FASTDDS_DEFAULT_PROFILES_FILE': '/none.xml'}])
 def test_an_environment_that_is_not_what_it_seems_is_refused(environment):
     with pytest.raises(Refusal, match=next(iter(environment))):
         check_environment(environment)
 
 
-def test_an_ordinary_environment_serves():
+def test_a_core_that_is_none_is_refused():
+    for core in ('first', '-1', '9999'):
+        with pytest.raises(Refusal, match='UR5_ROS_CORE'):
+            pin_to_core(core)
+
+
+def test_an_ordinary_environment_serves(repo):
     check_environment({})
+    check_environment({'ROS_STATIC_PEERS': '127.0.0.1;localhost', 'RMW_IMPLEMENTATION': '',
+                       'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', 'FASTRTPS_DEFAULT_PROFILES_FILE':
+                       str(repo / 'config' / 'fastdds_loopback.xml')})
     check_environment({'ROS_DOMAIN_ID': '', 'ROS_SECURITY_ENABLE': 'false'})
     check_environment({'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce'})

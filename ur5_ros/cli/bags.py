@@ -16,6 +16,8 @@ def replay(
     if not 0.0 < rate < float('inf'):
         raise Refusal(f'--rate {rate:g}; give more than zero, 1 is real time')
     playback = load_playback(run, topics, start, stop, clock)
+    from ur5_ros.nodes.environment import check_environment
+    check_environment()  # the middleware is loaded with the next import
     from ur5_ros.nodes.replay import replay as publish
     with terminal.progress('replaying', float(playback.time[-1]) * 1e-9, 's') as advance:
         sent = publish(playback, rate, loop, advance)

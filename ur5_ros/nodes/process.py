@@ -13,47 +13,15 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from ur5_ros.errors import Refusal
+from ur5_ros.nodes.environment import REFUSED, tell_refusal
 from ur5_ros.nodes.parameters import read_files
 from ur5_ros.nodes.shutdown import StopRequest
 
-#: Exit codes: done; an error of the program; bad input; done, but the recording lost something.
-DONE, FAULT, REFUSED, LOSS = range(4)
+#: Exit codes besides REFUSED: done; an error of the program; done, but the recording lost some.
+DONE, FAULT, LOSS = 0, 1, 3
 
 #: Longest wait of the loop for the interpreter while another thread computes [s].
 HANDOVER = 0.0002
-
-#: Highest domain whose ports fit (DDSI-RTPS 2.5, section 9.6.2.3: 7400 + 250 domain).
-HIGHEST_DOMAIN = 232
-
-
-def check_environment(environment: dict[str, str] | None = None) -> None:
-    """
-    Refuse an environment in which a node would not do what the user believes.
-
-    Parameters
-    ----------
-    environment : dict, optional
-        Variables to judge; the process's own by default.
-
-    Raises
-    ------
-    Refusal
-        If the domain id is none, or security is asked for in the mode that falls back to none.
-
-    """
-    env = os.environ if environment is None else environment
-    domain = env.get('ROS_DOMAIN_ID', '')
-    if domain and not (domain.isascii() and domain.isdigit() and int(domain) <= HIGHEST_DOMAIN):
-        raise Refusal(f'ROS_DOMAIN_ID is {domain!r}; give a whole number from 0 to '
-                      f'{HIGHEST_DOMAIN}, or unset it')
-    secured = env.get('ROS_SECURITY_ENABLE', '').lower() == 'true'
-    if secured and env.get('ROS_SECURITY_STRATEGY', 'Permissive') != 'Enforce':
-        raise Refusal('ROS_SECURITY_ENABLE is true, but ROS_SECURITY_STRATEGY is not Enforce: '
-                      'without its keys the node would run unsecured; set '
-                      'ROS_SECURITY_STRATEGY=Enforce, or ROS_SECURITY_ENABLE=false')
-    core = env.get('UR5_ROS_CORE', '')
-    if core:
-        pin_to_core(core)
 
 
 def pin_to_core(core: str) -> None:
@@ -98,7 +66,7 @@ def run_node(
     try:
         code = _run(create, arguments, stop)
     except Refusal as error:
-        print(f'{_program(arguments)}: {error}', file=sys.stderr)
+        tell_refusal(arguments, error)
         code = REFUSED
     finally:
         rclpy.try_shutdown()
@@ -125,7 +93,9 @@ def freeze_garbage() -> None:
 
 
 def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest) -> int:
-    check_environment()
+    core = os.environ.get('UR5_ROS_CORE', '')
+    if core:
+        pin_to_core(core)
     files = read_files(arguments)
     try:
         surplus = remove_ros_args(list(arguments))[1:]
@@ -148,7 +118,3 @@ def _one_line(error: Exception) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     text = lines[0] if lines else type(error).__name__
     return text.partition(', at ')[0]
-
-
-def _program(arguments: Sequence[str]) -> str:
-    return os.path.basename(arguments[0]).removesuffix('.py') if arguments else 'node'

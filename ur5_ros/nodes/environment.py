@@ -1,0 +1,141 @@
+"""What the environment says, judged before the middleware reads it: it would end the process."""
+
+import os
+import re
+import socket
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from xml.parsers import expat
+
+from ur5_ros.errors import Refusal
+
+#: Exit code of a node that was given bad input.
+REFUSED = 2
+
+#: Highest domain whose ports fit (DDSI-RTPS 2.5, section 9.6.2.3: 7400 + 250 domain).
+HIGHEST_DOMAIN = 232
+
+#: Variables of the middleware and of ROS logging that are misread without an end, and what they
+#: may be (rcl/src/rcl/discovery_options.c, rcutils/src/logging.c).
+WORDS = {
+    'ROS_AUTOMATIC_DISCOVERY_RANGE': ('SUBNET', 'LOCALHOST', 'OFF', 'SYSTEM_DEFAULT'),
+    'RCUTILS_LOGGING_BUFFERED_STREAM': ('0', '1'),
+    'RCUTILS_LOGGING_USE_STDOUT': ('0', '1'),
+    'RCUTILS_COLORIZED_OUTPUT': ('0', '1'),
+}
+
+#: The second one is read by Fast DDS 3, the first by Fast DDS 2.
+PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+
+
+def require_environment(arguments: Sequence[str] | None = None) -> None:
+    """
+    End this process in one line if :func:`check_environment` refuses its environment.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Command line, program name first; ``sys.argv`` by default.
+
+    """
+    try:
+        check_environment()
+    except Refusal as error:
+        tell_refusal(sys.argv if arguments is None else arguments, error)
+        sys.exit(REFUSED)
+
+
+def tell_refusal(arguments: Sequence[str], error: Refusal) -> None:
+    """Say on the error output who refuses what."""
+    program = os.path.basename(arguments[0]).removesuffix('.py') if arguments else 'node'
+    print(f'{program}: {error}', file=sys.stderr)
+
+
+def check_environment(environment: Mapping[str, str] | None = None) -> None:
+    """
+    Refuse an environment in which a node would not do what the user believes.
+
+    To be called before rclpy is imported: its library ends the process by itself where
+    ``RMW_IMPLEMENTATION`` names something else than it finds.
+
+    Parameters
+    ----------
+    environment : mapping, optional
+        Variables to judge; the process's own by default.
+
+    Raises
+    ------
+    Refusal
+        If the domain id is none, security is asked for in the mode that falls back to none, the
+        network profile cannot be read (all interfaces would be open), the middleware is not
+        there, a name of a peer is none, or a word is none of those that there are.
+
+    """
+    env = os.environ if environment is None else environment
+    domain = env.get('ROS_DOMAIN_ID', '')
+    if domain and not (domain.isascii() and domain.isdigit() and int(domain) <= HIGHEST_DOMAIN):
+        raise Refusal(f'ROS_DOMAIN_ID is {domain!r}; give a whole number from 0 to '
+                      f'{HIGHEST_DOMAIN}, or unset it')
+    secured = env.get('ROS_SECURITY_ENABLE', '').lower() == 'true'
+    if secured and env.get('ROS_SECURITY_STRATEGY', 'Permissive') != 'Enforce':
+        raise Refusal('ROS_SECURITY_ENABLE is true, but ROS_SECURITY_STRATEGY is not Enforce: '
+                      'without its keys the node would run unsecured; set '
+                      'ROS_SECURITY_STRATEGY=Enforce, or ROS_SECURITY_ENABLE=false')
+    for name, words in WORDS.items():
+        if env.get(name) and env[name] not in words:
+            raise Refusal(f'{name} is {env[name]!r}; give one of: {", ".join(words)}, '
+                          'or unset it')
+    for name in PROFILES:
+        if env.get(name):
+            _check_profile(name, env[name])
+    for peer in filter(None, env.get('ROS_STATIC_PEERS', '').split(';')):
+        try:
+            socket.getaddrinfo(peer, None)
+        except (OSError, UnicodeError):
+            raise Refusal(f'ROS_STATIC_PEERS names {peer!r}, which is no host that can be found; '
+                          'correct it, or unset it') from None
+    if env.get('RMW_IMPLEMENTATION'):
+        _check_middleware(env['RMW_IMPLEMENTATION'])
+
+
+def _check_profile(name: str, path: str) -> None:
+    """Refuse a profile that is none: the middleware would open every interface without it."""
+    reason = ''
+    try:
+        expat.ParserCreate().Parse(Path(path).read_bytes(), True)
+    except OSError as error:
+        reason = error.strerror or str(error)
+    except (expat.ExpatError, ValueError) as error:
+        reason = f'no XML: {error}'
+    if reason:
+        raise Refusal(f'{name} is {path!r}: {reason}; without the profile every interface of '
+                      'this machine would be open; correct it, or unset it')
+
+
+def _check_middleware(name: str) -> None:
+    """Load the middleware in a child process, whose end tells that it is not there."""
+    readable, writable = os.pipe()
+    child = os.fork()
+    if child == 0:
+        _load_middleware(writable)
+    os.close(writable)
+    with open(readable, 'rb') as pipe:
+        said = pipe.read().decode(errors='replace')
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if code != 0:
+        found = re.search(r"instead found '(\w+)'", said)
+        there = f' (there is {found[1]})' if found else ''
+        raise Refusal(f'RMW_IMPLEMENTATION is {name!r}, a middleware that is not installed'
+                      f'{there}; install it, or unset RMW_IMPLEMENTATION')
+
+
+def _load_middleware(report: int) -> None:
+    code = 1
+    try:
+        os.dup2(report, 1)
+        os.dup2(report, 2)
+        from rclpy.impl.implementation_singleton import rclpy_implementation
+        code = 0 if rclpy_implementation else 1
+    finally:
+        os._exit(code)
