@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 
 from ur5_ros.nodes.environment import require_environment
-from ur5_ros.nodes.shutdown import StopRequest, hold_signals
+from ur5_ros.nodes.start import begin_start
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the node; ``arguments`` is the command line, program name first."""
-    hold_signals()  # the imports take longer than an impatient user waits
+    begin_start()
     require_environment(arguments)
     from ur5_ros.nodes.process import run_node
+    from ur5_ros.nodes.shutdown import StopRequest
     from ur5_ros.nodes.steering import Steering
     stop = StopRequest()
     stop.listen()

@@ -86,7 +86,6 @@ def fault(logger: Any, error: Exception) -> str:
 
 def freeze_garbage() -> None:
     """Keep collector and bag writer from holding up the loop, which makes no cycles."""
-    gc.collect()
     gc.freeze()
     gc.disable()
     sys.setswitchinterval(HANDOVER)
