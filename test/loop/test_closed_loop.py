@@ -23,16 +23,27 @@ ORDINARY = {
     'gravity of another place': {'sim': {'gravity': [0.0, 0.0, -9.82]}},
     'other gains': {'control': {'kp': [20.0, 30.0, 40.0, 50.0, 60.0, 70.0], 'kd': [25.0]}},
     'joint space': {'experiment': 'multi_sine'},
-}
-OTHER = {
-    'friction': {'sim': {'friction.viscous': [1.0] * 6, 'friction.coulomb': [0.1] * 6}},
+    'viscous friction': {'sim': {'friction.viscous': [1.0] * 6}},
+    'dry friction': {'sim': {'friction.viscous': [1.0] * 6, 'friction.coulomb': [0.1] * 6}},
     'noise': {'sim': {'noise.position': 1e-4, 'noise.velocity': 1e-3, 'seed': 3}},
-    'delay': {'sim': {'delay.command_periods': 2, 'delay.state_periods': 1}},
+    'late states': {'sim': {'delay.state_periods': 3}},
+    'late commands': {'sim': {'delay.command_periods': 3, 'fallback': 'gravity_compensation'}},
+    'commands later than the run': {'sim': {'delay.command_periods': 1000}},
     'rotor inertia': {'arm': 'ur5_real', 'control_arm': 'ur5_real'},
+    'everything at once': {
+        'arm': 'ur5_real', 'control_arm': 'ur5_real', 'control_rate': 500,
+        'sim': {'delay.state_periods': 1, 'delay.command_periods': 2, 'noise.position': 1e-5,
+                'noise.velocity': 1e-4, 'seed': 5, 'friction.viscous': [0.5] * 6,
+                'friction.coulomb': [0.2] * 6, 'payload.mass': 0.4}},
+}
+IMPERFECT = ('noise', 'late states', 'late commands', 'commands later than the run',
+             'everything at once')
+OTHER = {
     'another law': {'control': {'mode': 'gravity_pd', 'kp': [50.0], 'kd': [0.05]}},
     'gravity left to the robot': {'sim': {'effort_convention': 'gravity_excluded'}},
     'a torque limit touched': {'initial_error': [0.0, -0.4, 0.0, 0.0, 0.0, 0.0],
                                'control': {'kp': [900.0], 'kd': [60.0]}},
+    'a start too far away': {'initial_error': 0.6},
 }
 
 
@@ -47,7 +58,22 @@ def test_the_short_way_gives_the_bits_of_the_long_way(case):
     assert short is not None
     for a, b in zip(arrays(short), arrays(long), strict=True):
         assert a.shape == b.shape and a.tobytes() == b.tobytes()
-    assert long.events == () and long.truth is None
+    assert short.events == long.events and bool(short.events) == ('commands' in case or (
+        case == 'everything at once'))
+    for run in (short, long):
+        assert (run.truth is None) == (case not in IMPERFECT[:2] + IMPERFECT[-1:])
+    if short.truth is not None:
+        for a, b in zip(short.truth, long.truth, strict=True):
+            assert a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+def test_a_run_does_not_depend_on_the_run_before():
+    plans = [plan_run(duration=0.2, **ORDINARY[case]) for case in (
+        'the paper', 'rotor inertia', 'the paper', 'a payload that the law does not know',
+        'two steps a period', 'the paper', 'everything at once', 'everything at once')]
+    digests = [[array.tobytes() for array in arrays(fast_lane(plan))] for plan in plans]
+    assert digests[0] == digests[2] == digests[5] and digests[6] == digests[7]
+    assert digests[0] != digests[3]
 
 
 @pytest.mark.parametrize('case', OTHER)

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple
 from ur5_ros.analysis.result import FAIL
 from ur5_ros.analysis.run import load_run
 from ur5_ros.analysis.validate import validate
-from ur5_ros.config.validation import load_marks
+from ur5_ros.config.validation import Marks, load_marks
 from ur5_ros.errors import Refusal
 
 #: Verdict of a folder that cannot be read.
@@ -32,6 +33,12 @@ class Judgement(NamedTuple):
     """The JSON document of the result."""
 
 
+@cache
+def default_marks() -> Marks:
+    """Return the pass marks of the package, read once a process."""
+    return load_marks()
+
+
 def judge_folder(folder: str, given: Mapping[str, Any]) -> Judgement:
     """
     Return what the validator says of a run folder.
@@ -45,7 +52,7 @@ def judge_folder(folder: str, given: Mapping[str, Any]) -> Judgement:
 
     """
     try:
-        result = validate(load_run(Path(folder), **given), load_marks())
+        result = validate(load_run(Path(folder), **given), default_marks())
     except Refusal as refusal:
         return Judgement(folder, Path(folder).name, UNREADABLE, str(refusal), {})
     why = '; '.join(check.sentence for check in result.checks if check.verdict == FAIL)

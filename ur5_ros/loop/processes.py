@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Mapping
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -37,19 +38,28 @@ class NodeProcesses:
 
     def __init__(self, logs: Path) -> None:
         self.logs = logs
-        self.environment = private_environment()
+        self._domain: socket.socket | None = None
+        if 'ROS_DOMAIN_ID' in os.environ:
+            self.environment = private_environment()
+        else:
+            domain, self._domain = claim_domain()
+            self.environment = private_environment() | {'ROS_DOMAIN_ID': str(domain)}
         self._children: dict[str, subprocess.Popen] = {}
         self._handler: Any = None
 
     def __enter__(self) -> 'NodeProcesses':
-        self._handler = signal.signal(signal.SIGTERM, _interrupt)
+        if threading.current_thread() is threading.main_thread():  # a worker's tasks are not
+            self._handler = signal.signal(signal.SIGTERM, _interrupt)
         return self
 
     def __exit__(self, kind: type | None, value: BaseException | None,
                  traceback: TracebackType | None) -> None:
         for name in self._children:
             self.end(name)
-        signal.signal(signal.SIGTERM, self._handler)
+        if self._handler is not None:
+            signal.signal(signal.SIGTERM, self._handler)
+        if self._domain is not None:
+            self._domain.close()
 
     def start(self, name: str, module: str, parameters: Mapping[str, Any],
               namespace: str = '') -> None:
@@ -131,8 +141,18 @@ def private_environment() -> dict[str, str]:
 
 
 def free_domain() -> int:
+    """Return a ROS domain id in which nobody on this machine listens; see :func:`claim_domain`."""
+    domain, claim = claim_domain()
+    claim.close()
+    return domain
+
+
+def claim_domain() -> tuple[int, socket.socket]:
     """
-    Return a ROS domain id in which nobody on this machine listens.
+    Return a ROS domain id in which nobody on this machine listens, and what keeps it.
+
+    Two that start nodes at the same time get two domains, although no node listens yet: until
+    the socket is closed nobody else is given the domain.
 
     The ports of a domain start at 7400 + 250 domain (DDSI-RTPS 2.5, section 9.6.2.3); domains
     up to 101 stay below the ports that Linux gives to clients.
@@ -141,9 +161,16 @@ def free_domain() -> int:
     domains = list(range(1, 102))
     random.SystemRandom().shuffle(domains)
     for domain in domains:
+        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            claim.bind(f'\0ur5_ros/domain/{domain}')  # no file: it goes with the process
+        except OSError:
+            claim.close()
+            continue
         first = 7400 + 250 * domain
         if all(_is_free(first + offset) for offset in (0, 10, 11, 12, 13)):
-            return domain
+            return domain, claim
+        claim.close()
     raise Refusal('all ROS domains from 1 to 101 are in use on this machine; '
                   'set ROS_DOMAIN_ID yourself')
 

@@ -117,7 +117,10 @@ def recontrol(run: Run) -> Repetition:
     law = Controller(complete(CONTROL_PARAMETERS, side.parameters), round(run.control_rate),
                      arm=side.arm)
     found = np.full_like(run.command, np.nan)
+    changes = list(side.changes)
     for k, stamp in enumerate(run.stamp):
+        while changes and changes[0].stamp < stamp:
+            law.change(changes.pop(0).values)
         answer = law.update(ArmState(int(stamp), run.states.q[k], run.states.qd[k],
                                      run.states.effort[k]))
         found[k] = answer.torque.total

@@ -14,9 +14,9 @@ import numpy as np
 from ur5_ros.analysis.result import FAIL, PASS, Result
 from ur5_ros.analysis.series import Run
 from ur5_ros.analysis.validate import validate
-from ur5_ros.config.validation import load_marks
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.closed_loop import run_closed_loop
+from ur5_ros.loop.judging import default_marks
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.plan import Plan, plan_run
 from ur5_ros.loop.sweep_spec import RunSpec, SweepSpec
@@ -128,7 +128,7 @@ def _judged(spec: SweepSpec, run: Run) -> dict[str, Any]:
                 **metrics, 'states': digest(run)}
     row: dict[str, Any] = {**metrics, 'states': digest(run)}
     if spec.judge == 'checks':
-        result = validate(run, load_marks())
+        result = validate(run, default_marks())
         row |= _checks(result)
         failed = [check.sentence for check in result.checks if check.verdict == FAIL]
     missed = _missed(spec.success, row) if spec.success else failed

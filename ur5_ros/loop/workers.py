@@ -13,6 +13,7 @@ import dask
 from distributed import Client, Future, LocalCluster, as_completed
 
 from ur5_ros.errors import Refusal
+from ur5_ros.model.compiled import limit_threads
 
 #: Wall-clock time that a scheduler gets to answer [s].
 PATIENCE = 8.0
@@ -120,7 +121,7 @@ def spread(
     under_way: dict[Future, list[Item]] = {}
 
     def submit(batch: list[Item]) -> Future:
-        future = client.submit(function, *shared, batch, pure=False)
+        future = client.submit(_on_one_thread, function, *shared, batch, pure=False)
         under_way[future] = batch
         return future
 
@@ -142,3 +143,9 @@ def spread(
         more = list(islice(items, size))
         if more:
             ended.add(submit(more))
+
+
+def _on_one_thread(function: Callable[..., list[Result]], *arguments: Any) -> list[Result]:
+    """Do a task: there are as many of them as processors."""
+    limit_threads(1)
+    return function(*arguments)
