@@ -43,6 +43,23 @@ def wait_until(condition: Callable[[], Any], what: str, seconds: float = PATIENC
         time.sleep(0.01)
 
 
+def send_until(send: Callable[[], None], condition: Callable[[], Any], what: str) -> None:
+    """
+    Send until a condition comes true: best effort may lose a message of many fragments.
+
+    Each time it waits three seconds, in which diagnostics come three times.
+
+    """
+    for _ in range(int(PATIENCE / 3.0)):
+        send()
+        end = time.monotonic() + 3.0
+        while time.monotonic() < end:
+            if condition():
+                return
+            time.sleep(0.01)
+    raise AssertionError(f'sent in vain for: {what}')
+
+
 class Process:
     """A node as a child process."""
 

@@ -16,7 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from nav_msgs.msg import Path as PathMessage
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from ros_processes import wait_until
+from ros_processes import send_until, wait_until
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
@@ -74,13 +74,20 @@ def test_a_flood_of_garbage_on_every_input_leaves_the_loop_alone(ros, often):
 def test_a_message_of_many_megabytes_is_refused_by_its_length(ros):
     sim, control, states = pair_running(ros)
     intruder = ros.observer('huge').publisher(JointState, '/joint_command')
-    intruder.publish(JointState(name=['x'] * 500_000, effort=[0.0] * 500_000))
-    intruder.publish(JointState(name=['x'] * 1000, effort=[0.0] * 1000))
-    goes_on(states)
     told = ros.observer('told').hear(DiagnosticArray, '/diagnostics')
-    wait_until(lambda: any(pair.key.startswith('refused /joint_command')
-                           for message in told for pair in message.status[0].values),
-               'the counter')
+
+    def counted():
+        return sum(int(pair.value) for message in told[-20:] for pair in message.status[0].values
+                   if pair.key.startswith('refused /joint_command'))
+
+    for length, bytes_of_it in ((20_000, 320_036), (500_000, 8_000_036)):
+        before = counted()
+        huge = JointState(name=['x'] * length, effort=[0.0] * length)
+        send_until(lambda huge=huge: intruder.publish(huge),
+                   lambda before=before, size=bytes_of_it: counted() > before
+                   and f'{size} bytes; at most 65536 are read' in sim.text,
+                   f'{length} names, counted and told')
+        goes_on(states)
     assert sim.stop() == 0
     assert control.stop() == 0
     assert sum(file.stat().st_size for file in ros.bag('sim').iterdir()) < 5_000_000
