@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.series import Event, Run, Side, States
+from ur5_ros.analysis.series import Change, Event, Run, Side, States
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
 from ur5_ros.control.controller import Controller
 from ur5_ros.loop.closed_loop import run_closed_loop
@@ -87,16 +87,19 @@ def looped():
 
 @pytest.fixture(scope='session')
 def stepped():
-    """Return a function that runs plant and law and lets a test meddle with them."""
+    """Return a function that runs plant and law and lets a test meddle with both."""
     def run(meddle=lambda k, plant, torque: torque, duration=0.6, experiment='multi_sine',
-            **given):
+            steer=None, **given):
         plan = plan_run(experiment=experiment, arm='ur5_real', duration=duration, **given)
         rate = plan.sim['control_rate']
         plant, law = Plant(load_arm('ur5_real'), plan.sim), Controller(plan.control, rate)
-        states, truths, answers, events = [], [], [], []
+        states, truths, answers, events, changes = [], [], [], [], []
         state = plant.state
         try:
             for k in range(plan.periods):
+                if steer and (values := steer(k)):
+                    law.change(values)
+                    changes.append(Change(states[-1].stamp if states else 0, values))
                 states.append(state)
                 truths.append(plant.truth)
                 answers.append(law.update(state))
@@ -112,7 +115,7 @@ def stepped():
                    float(plan.sim['physics_rate']), None if plant.exact_sensing else true,
                    np.array([answer.torque.total for answer in answers]), star, {},
                    Side('ur5_real', load_arm('ur5_real'), plan.sim),
-                   Side('ur5_real', law.arm, plan.control),
+                   Side('ur5_real', law.arm, plan.control, changes=tuple(changes)),
                    tuple(Event(each.stamp, each.kind, each.message,
                                {key: json.loads(value) for key, value in each.values.items()})
                          for each in events))

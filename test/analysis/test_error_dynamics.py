@@ -12,6 +12,7 @@ from ur5_ros.analysis.error_dynamics import (
     stretches,
 )
 from ur5_ros.analysis.gain_recovery import recover_gains
+from ur5_ros.analysis.law_promise import laws_of
 from ur5_ros.analysis.validate import validate
 
 TEN = 10.0 * np.eye(6)
@@ -33,7 +34,7 @@ def test_the_exponential_knows_double_poles():
 
 
 def test_the_error_follows_the_sampled_equation_to_rounding(clean_run):
-    found = error_dynamics(clean_run, TEN, TEN, clean_run.steps)
+    found = error_dynamics(clean_run, laws_of(clean_run), clean_run.steps)
     assert np.nanmax(np.abs(found.step)) < 1e-13
     assert np.abs(found.error - found.sampled).max() < 1e-12
     assert 1e-6 < np.abs(found.error - found.continuous).max() < 1e-3
@@ -43,7 +44,7 @@ def test_a_stretch_ends_where_the_law_was_not_in_charge(clean_run):
     counted = clean_run.steps.copy()
     counted[[100, 101, 500]] = False
     assert stretches(counted) == [(0, 100), (102, 500), (501, len(counted))]
-    found = error_dynamics(clean_run, TEN, TEN, counted)
+    found = error_dynamics(clean_run, laws_of(clean_run), counted)
     assert np.isnan(found.step[100]).all() and np.isnan(found.sampled[101]).all()
     assert np.nanmax(np.abs(found.error - found.sampled)) < 1e-12
 
@@ -62,8 +63,8 @@ def test_gains_are_read_back_within_their_errors(looped, noise):
     run = looped('kebria_fig11', 'ur5_real', 4.0, sim={'noise.velocity': noise},
                  control={'kp': [20.0], 'kd': [9.0]})
     run = replace(run, truth=None)
-    found = error_dynamics(run, 20 * np.eye(6), 9 * np.eye(6), run.steps)
-    for gains in recover_gains(run, found, run.steps):
+    found = error_dynamics(run, laws_of(run), run.steps)
+    for gains in recover_gains(run, found, *laws_of(run), run.steps):
         assert abs(gains.kp - 20.0) < 5 * gains.kp_error + 0.02
         assert abs(gains.kd - 9.0) < 5 * gains.kd_error + 0.01
         assert gains.kp_error < 1.0

@@ -106,4 +106,4 @@ def test_commands_that_are_not_the_laws_are_noticed(simulated):
     assert validate(run).check('law').value < 1e-9
     told = replace(run.control, parameters={**run.control.parameters, 'kd': [11.0]})
     check = validate(replace(run, control=told)).check('law')
-    assert check.verdict == 'fail' and 'gains were changed' in check.sentence
+    assert check.verdict == 'fail' and 'another law answered' in check.sentence

@@ -1,10 +1,15 @@
 """Error dynamics: the recorded e(t) against e'' + Kd e' + Kp e = 0, sampled and continuous."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.analysis.law_promise import Law
+from ur5_ros.analysis.residual import CHUNK
+from ur5_ros.analysis.scheme import Scheme, predict
 from ur5_ros.analysis.series import Run
+from ur5_ros.model.dynamics import inverse_dynamics
 
 #: Samples that one matrix product takes.
 BLOCK = 16
@@ -21,26 +26,29 @@ class ErrorDynamics(NamedTuple):
     """Defect of the sampled equation over one period [rad, rad/s], shape (n - 1, 12)."""
     sampled: np.ndarray
     """e predicted by the sampled equation from the start of its stretch [rad], shape (n, 6)."""
+    cost: np.ndarray
+    """What sampling the reference and holding the torque cost: the same from rest [rad]."""
     continuous: np.ndarray
     """e predicted by the differential equation likewise [rad], shape (n, 6)."""
 
 
-def error_dynamics(
-    run: Run, kp: np.ndarray, kd: np.ndarray, counted: np.ndarray,
-) -> ErrorDynamics:
+def error_dynamics(run: Run, laws: Sequence[Law], counted: np.ndarray) -> ErrorDynamics:
     """
     Compare the recorded error with what the law promises.
 
-    One period of the loop does d' = d + h(-Kd d - Kp e) + [qd* + h qdd* - qd*'] and
-    e' = e + h d' + [q* + h qd*' - q*'], the brackets being what sampling the reference costs.
-    A stretch is a run of counted periods; each is predicted from its first state on.
+    One period of the loop does d' = d + h(-Kd d - Kp e) + rate and e' = e + h d' + position,
+    with what one period takes the plant away from the reference when it starts on it: rate =
+    qd* + h qdd* - qd*' and position = q* + h qd*' - q*'.  With n physics steps a period the torque
+    that follows the reference is held over them; then this holds as far as the error is small.
+    A stretch is a run of counted periods; each is predicted from its first state on, with the
+    gains in force.
 
     Parameters
     ----------
     run : Run
         A recording with a reference.
-    kp, kd : numpy.ndarray, shape (6, 6)
-        Gains.
+    laws : sequence of Law
+        The gains in force.
     counted : numpy.ndarray of bool, shape (n - 1,)
         Periods in which the law was in charge.
 
@@ -54,26 +62,41 @@ def error_dynamics(
     q, qd, _ = run.exact
     star = run.reference
     error, rate = q - star.q, qd - star.qd
-    jump = _jumps(star, h)  # (n - 1, 12)
+    jump = _jumps(run)  # (n - 1, 12)
     state = np.hstack([error, rate])
-    sampled_step = sampled_matrix(kp, kd, h)
-    step = state[1:] - state[:-1] @ sampled_step.T - jump
+    step = np.full((n - 1, 12), np.nan)
+    sampled, cost, continuous = np.full((3, n, 6), np.nan)
+    matrices = []
+    for law in laws:
+        once = sampled_matrix(*law.gains, h, run.substeps or 1)
+        matrices.append((once, exponential(h * continuous_matrix(*law.gains))))
+        rows = slice(law.first, min(law.end, n - 1))
+        step[rows] = state[1:][rows] - state[rows] @ once.T - jump[rows]
     step[~counted] = np.nan
-    flow = exponential(h * continuous_matrix(kp, kd))
-    sampled, continuous = np.full((2, n, 6), np.nan)
     for start, end in stretches(counted):
-        rows = slice(start, end + 1)
-        sampled[rows] = _follow(sampled_step, state[start], jump[start:end])[:, :6]
-        continuous[rows] = _restart(flow, state[rows], jump[start:end], h)
-    return ErrorDynamics(error, rate, step, sampled, continuous)
+        held, rest, free = state[start], np.zeros(12), state[start]
+        for law, (once, flow) in zip(laws, matrices, strict=True):
+            a, b = max(start, law.first), min(end, law.end)
+            if a < b:
+                rows = slice(a, b + 1)
+                followed = _follow(once, held, jump[a:b])
+                costs = _follow(once, rest, jump[a:b])
+                left = _restart(flow, free, state[rows], jump[a:b], h)
+                sampled[rows], cost[rows] = followed[:, :6], costs[:, :6]
+                continuous[rows] = left[:, :6]
+                held, rest, free = followed[-1], costs[-1], left[-1]
+    return ErrorDynamics(error, rate, step, sampled, cost, continuous)
 
 
-def sampled_matrix(kp: np.ndarray, kd: np.ndarray, h: float) -> np.ndarray:
-    """Return the matrix that takes (e, d) to (e', d') in one period, shape (12, 12)."""
-    one = np.eye(6)
-    lower = np.hstack([-h * kp, one - h * kd])
-    upper = np.hstack([one, np.zeros((6, 6))]) + h * lower
-    return np.vstack([upper, lower])
+def sampled_matrix(kp: np.ndarray, kd: np.ndarray, h: float, substeps: int = 1) -> np.ndarray:
+    """
+    Return the matrix that takes (e, d) to (e', d') in one period, shape (12, 12).
+
+    The acceleration -Kp e - Kd d is held over ``substeps`` steps of semi-implicit Euler.
+
+    """
+    one, held = np.eye(6), 0.5 * h**2 * (substeps + 1) / substeps
+    return np.block([[one - held * kp, h * one - held * kd], [-h * kp, one - h * kd]])
 
 
 def continuous_matrix(kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
@@ -100,10 +123,21 @@ def stretches(counted: np.ndarray) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def _jumps(star, h: float) -> np.ndarray:
-    rate = star.qd[:-1] + h * star.qdd[:-1] - star.qd[1:]
-    position = star.q[:-1] + h * star.qd[1:] - star.q[1:]
-    return np.hstack([position + h * rate, rate])
+def _jumps(run: Run) -> np.ndarray:
+    """Return where a period that starts on the reference ends, from the reference, (n - 1, 12)."""
+    star, arm, n = run.reference, run.control.arm, run.substeps
+    if n <= 1:
+        rate = star.qd[:-1] + run.h * star.qdd[:-1] - star.qd[1:]
+        return np.hstack([star.q[:-1] + run.h * (star.qd[1:] + rate) - star.q[1:], rate])
+    jump = np.full((len(star.q) - 1, 12), np.nan)
+    known = np.flatnonzero(np.isfinite(np.hstack([*star])).all(axis=1)[:-1])
+    for start in range(0, len(known), CHUNK):
+        rows = known[start:start + CHUNK]
+        q, qd, qdd = (part[rows] for part in star)
+        torque = inverse_dynamics(q + arm.angle_offset, qd, qdd, arm)
+        q, qd = predict(Scheme(arm), q, qd, torque, run.h / n, n)
+        jump[rows] = np.hstack([q - star.q[rows + 1], qd - star.qd[rows + 1]])
+    return jump
 
 
 def _follow(step: np.ndarray, first: np.ndarray, inputs: np.ndarray) -> np.ndarray:
@@ -132,11 +166,11 @@ def _follow(step: np.ndarray, first: np.ndarray, inputs: np.ndarray) -> np.ndarr
     return out[:count + 1]
 
 
-def _restart(flow, state, jump, h):
-    """Return e(t) of the free solution, started anew where the reference jumps."""
+def _restart(flow, first, state, jump, h):
+    """Return x(t) of the free solution from ``first``, started anew where the reference jumps."""
     rough = np.abs(jump[:, :6]).max(axis=1) + h * np.abs(jump[:, 6:]).max(axis=1) > 1e-3
     starts = [0, *(np.flatnonzero(rough) + 1).tolist(), len(state)]
-    out = np.empty((len(state), 6))
+    out = np.empty_like(state)
     for a, b in zip(starts[:-1], starts[1:], strict=True):
-        out[a:b] = _follow(flow, state[a], np.zeros((b - a - 1, 12)))[:, :6]
+        out[a:b] = _follow(flow, state[a] if a else first, np.zeros((b - a - 1, 12)))
     return out

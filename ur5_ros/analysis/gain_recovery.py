@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.error_dynamics import ErrorDynamics
-from ur5_ros.analysis.law_promise import gains_of, law_in_charge, sampling_factor
+from ur5_ros.analysis.law_promise import Law, law_in_charge, laws_of
 from ur5_ros.analysis.result import FAIL, PASS, Check, not_applicable
 from ur5_ros.analysis.series import Run
 from ur5_ros.config.validation import Marks
@@ -43,58 +43,81 @@ def gains_check(run: Run, marks: Marks, dynamics: ErrorDynamics | None) -> Check
     name = 'gains'
     if dynamics is None:
         return not_applicable(name, 'no reference is recorded')
-    if run.control.parameters.get('mode', 'computed_torque') != 'computed_torque':
+    laws = [law for law in laws_of(run) if law.promised]
+    if not laws:
         return not_applicable(name, 'only computed torque promises a linear error equation')
-    gains = gains_of(run)
-    if any(np.any(matrix != np.diag(np.diag(matrix))) for matrix in gains):
+    plain = [law for law in laws
+             if all(np.array_equal(gain, np.diag(np.diag(gain))) for gain in law.gains)]
+    if not plain:
         return not_applicable(name, 'the gains couple the joints: the sampled equation judges')
-    found = recover_gains(run, dynamics, law_in_charge(run))
-    if run.substeps != 1:  # the error must stand out of what holding the torque makes of it
-        held = 20.0 * marks['settled_held_angle'] * sampling_factor(run)
-        found = [gains if np.nanmax(np.abs(dynamics.error[:, i])) > held else None
-                 for i, gains in enumerate(found)]
     limit = marks['gains'] * (1.0 if run.substeps == 1 else 1.0 + run.h * 1e3)
-    worst, details, told, failed = 0.0, {}, 0, []
-    for i, joint in enumerate(JOINT_NAMES):
-        if found[i] is None:
-            continue
-        told += 1
-        details[joint] = found[i]._asdict()
-        for symbol, value, error, asked in (
-                ('Kp', found[i].kp, found[i].kp_error, gains.kp[i, i]),
-                ('Kd', found[i].kd, found[i].kd_error, gains.kd[i, i])):
-            away = abs(value - asked) / asked
+    in_charge = law_in_charge(run)
+    # where the torque is held, the error must stand out of what that makes of it
+    held = np.zeros(6) if run.substeps == 1 else 20.0 * np.nanmax(
+        np.abs(dynamics.cost), axis=0, initial=0.0)
+    worst, details, failed = 0.0, [], []
+    for law in plain:
+        counted = in_charge & _rows(law, len(in_charge))
+        found = recover_gains(run, dynamics, law, counted)
+        size = np.nanmax(np.abs(dynamics.error[law.first:law.end]), axis=0, initial=0.0)
+        joints = {}
+        for i, joint in enumerate(JOINT_NAMES):
+            if found[i] is None or size[i] <= held[i]:
+                continue
+            joints[joint] = found[i]._asdict()
+            away, words = _compare(found[i], law, i, limit)
             worst = max(worst, away)
-            if away > max(limit, 4.0 * error / asked):
-                failed.append(f'{joint} shows {symbol} {value:.4g} +- {error:.2g}, not '
-                              f'{asked:.4g}')
+            failed += [f'{joint} {word}' for word in words]
+        details.append({'from_s': float(run.t[law.first]), 'joints': joints})
+    told = max(len(each['joints']) for each in details)
     if not told:
         return not_applicable(name, 'no joint leaves its reference enough to show its gains')
+    live = f', each of the {len(details)} sets in its time' if len(details) > 1 else ''
     sentence = (f'Kp and Kd read back from e(t) on {told} joints differ by at most {worst:.2%} '
-                'from the parameters')
+                f'from the parameters{live}')
     if failed:
         more = f'; {len(failed) - 1} more' if len(failed) > 1 else ''
         sentence = f'{failed[0]}{more}'
     return Check(name, FAIL if failed else PASS, sentence, worst, limit, '1',
-                 {'joints': details})
+                 {'joints': details[0]['joints']} if len(details) == 1 else {'laws': details})
+
+
+def _rows(law: Law, count: int) -> np.ndarray:
+    rows = np.arange(count)
+    return (law.first <= rows) & (rows < law.end)
+
+
+def _compare(found: Recovered, law: Law, i: int, limit: float) -> tuple[float, list[str]]:
+    """Return how far gains read back are from those asked, and in words which are too far."""
+    worst, words = 0.0, []
+    for symbol, value, error, asked in (
+            ('Kp', found.kp, found.kp_error, law.gains.kp[i, i]),
+            ('Kd', found.kd, found.kd_error, law.gains.kd[i, i])):
+        away = abs(value - asked) / asked
+        worst = max(worst, away)
+        if away > max(limit, 4.0 * error / asked):
+            words.append(f'shows {symbol} {value:.4g} +- {error:.2g}, not {asked:.4g}')
+    return worst, words
 
 
 def recover_gains(
-    run: Run, dynamics: ErrorDynamics, counted: np.ndarray,
+    run: Run, dynamics: ErrorDynamics, law: Law, counted: np.ndarray,
 ) -> list[Recovered | None]:
     """
     Return the gains of each joint by least squares with lagged instruments.
 
-    (d' - d - jump)/h = -Kp e - Kd d is summed over blocks of samples, in which encoder noise of
-    the rates cancels but for its ends; the block before serves as the instrument, whose noise is
-    independent of the block's own.
+    (d' - d - rate)/h = -Kp e - Kd d, ``rate`` being what sampling and holding cost, is summed
+    over blocks of samples, in which encoder noise of the rates cancels but for its ends; the block
+    before serves as the instrument, whose noise is independent of the block's own.
 
     Parameters
     ----------
     run : Run
         The recording.
     dynamics : ErrorDynamics
-        Error and rate of the run.
+        Error and rate of the run, and its defect with the gains of ``law``.
+    law : Law
+        The law in force.
     counted : numpy.ndarray of bool, shape (n - 1,)
         Periods in which the law was in charge.
 
@@ -108,11 +131,11 @@ def recover_gains(
     count = len(counted) // block
     if count < 8:
         return [None] * 6
-    star, h = run.reference, run.h
-    change = np.diff(dynamics.rate, axis=0) - (star.qd[:-1] + h * star.qdd[:-1] - star.qd[1:])
     rows = slice(0, count * block)
+    feedback = (dynamics.error[:-1][rows] @ law.gains.kp.T
+                + dynamics.rate[:-1][rows] @ law.gains.kd.T)
     whole = np.all(counted[rows].reshape(count, block), axis=1)
-    target = _means(change[rows] / h, block)
+    target = _means(dynamics.step[rows, 6:] / run.h - feedback, block)
     regressor = -np.stack([_means(dynamics.error[:-1][rows], block),
                            _means(dynamics.rate[:-1][rows], block)], axis=-1)
     use = whole[1:] & whole[:-1]

@@ -6,11 +6,13 @@ import numpy as np
 
 from ur5_ros.analysis.error_dynamics import ErrorDynamics, error_dynamics
 from ur5_ros.analysis.law_promise import (
-    gains_of,
+    BEYOND_THEORY,
+    Law,
     largest,
     law_in_charge,
+    laws_of,
     noise_allowance,
-    sampling_factor,
+    promised_rows,
 )
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.analysis.series import Run
@@ -45,18 +47,18 @@ def law_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     arm = run.sim.arm if run.sim else run.control.arm
     tool = tool_tracking(run, arm, run.control.arm)
     checks, dynamics = _error_checks(run, marks)
-    return checks + tracking_checks(run, marks, tool), {'tool': tool, 'dynamics': dynamics}
+    checks += tracking_checks(run, marks, tool, dynamics.sampled)
+    return checks, {'tool': tool, 'dynamics': dynamics}
 
 
 def _error_checks(run: Run, marks: Marks) -> tuple[list[Check], ErrorDynamics]:
-    parameters = run.control.parameters
-    gains = gains_of(run)
-    promised = parameters.get('mode', 'computed_torque') == 'computed_torque'
+    laws = laws_of(run)
+    promised = promised_rows(laws, len(run.stamp))[:-1]
     counted = law_in_charge(run) & promised
-    dynamics = error_dynamics(run, gains.kp, gains.kd, counted)
+    dynamics = error_dynamics(run, laws, counted)
     why = ''
-    if not promised:
-        why = f'mode {parameters["mode"]}: no linear error equation is promised'
+    if not promised.any():
+        why = f'mode {laws[0].parameters["mode"]}: no linear error equation is promised'
     elif not counted.any():
         why = 'there is no period in which the law was in charge'
     if why:
@@ -83,14 +85,19 @@ def _error_checks(run: Run, marks: Marks) -> tuple[list[Check], ErrorDynamics]:
                "not this package's simulator: the plant's own time step is not known")
         checks = [not_applicable(name, why) for name in _NAMES[:2]]
     worst, joint, row = largest(dynamics.error - dynamics.continuous)
-    mark = 'continuous' if run.substeps == 1 else 'continuous_held'
-    effort = np.abs(dynamics.error @ gains.kp.T + dynamics.rate @ gains.kd.T)
-    factor = max(sampling_factor(run),
-                 run.h * 1e3 * float(np.nanmax(effort)) / PAPER_CORRECTION)
+    predicted, _, _ = largest(dynamics.sampled - dynamics.continuous)
+    mark = marks['continuous' if run.substeps == 1 else 'continuous_held'] * run.h * 1e3
+    correction = max(_correction(dynamics, law) for law in laws)
+    limit = max(mark, mark * correction / PAPER_CORRECTION, BEYOND_THEORY * predicted)
     checks.append(judge(
-        'error continuous', worst, marks[mark] * factor + noise, 'rad',
+        'error continuous', worst, limit + noise, 'rad',
         f"e(t) and the solution of e'' + Kd e' + Kp e = 0 differ by at most {worst:.2g} rad "
         f'(worst: {JOINT_NAMES[joint]} at {run.t[row]:.4g} s){note}', joint=JOINT_NAMES[joint]))
     return checks, dynamics
 
 
+def _correction(dynamics: ErrorDynamics, law: Law) -> float:
+    """Return the largest correction that the gains of a law make of its errors [rad/s^2]."""
+    rows = slice(law.first, law.end)
+    correction = dynamics.error[rows] @ law.gains.kp.T + dynamics.rate[rows] @ law.gains.kd.T
+    return float(np.nanmax(np.abs(correction), initial=0.0)) if law.promised else 0.0

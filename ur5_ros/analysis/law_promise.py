@@ -1,12 +1,73 @@
 """What the law promises, and when it was in charge: what the checks of the law share."""
 
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ur5_ros.analysis.series import Run
 from ur5_ros.control.gains import Gains, gains_from
 
-#: Largest reference acceleration of the profile that the marks were measured on [rad/s^2].
-PAPER_ACCELERATION = 0.56
+#: A recorded error may exceed what the sampled loop predicts by this factor.
+BEYOND_THEORY = 1.25
+
+
+class Law(NamedTuple):
+    """The law that answers some of the states: rows ``first`` to ``end - 1``."""
+
+    first: int
+    end: int
+    parameters: Mapping[str, Any]
+    """Every parameter of the controller while it answers them."""
+    gains: Gains
+
+    @property
+    def promised(self) -> bool:
+        """Whether it is computed torque, which promises e'' + Kd e' + Kp e = 0."""
+        return self.parameters.get('mode', 'computed_torque') == 'computed_torque'
+
+
+def laws_of(run: Run) -> list[Law]:
+    """
+    Return the laws in force, in order: one, and another wherever gains or mode were changed.
+
+    A change acts on the answers to the states after the one that was answered last before it.
+
+    Parameters
+    ----------
+    run : Run
+        A recording with the controller's description.
+
+    Raises
+    ------
+    Refusal
+        If gains make no stable error equation.
+
+    """
+    found: list[Law] = []
+    given, count = dict(run.control.parameters), len(run.stamp)
+    for stamp, values in ((0, {}), *run.control.changes):
+        given = {**given, **values}
+        first = int(np.searchsorted(run.stamp, stamp, side='right')) if found else 0
+        if found and not _ABOUT_THE_LAW.intersection(values):
+            continue
+        if found and found[-1].first == first:
+            found.pop()
+        elif found:
+            found[-1] = found[-1]._replace(end=first)
+        found.append(Law(first, count, given, gains_from(given['kp'], given['kd'])))
+    return [law for law in found if law.first < law.end]
+
+
+_ABOUT_THE_LAW = {'kp', 'kd', 'mode', 'torque_rate_limit'}
+
+
+def promised_rows(laws: list[Law], count: int) -> np.ndarray:
+    """Tell which of ``count`` states are answered by computed torque, shape (count,)."""
+    promised = np.zeros(count, dtype=bool)
+    for law in laws:
+        promised[law.first:law.end] = law.promised
+    return promised
 
 
 def law_in_charge(run: Run) -> np.ndarray:
@@ -44,34 +105,6 @@ def noise_allowance(run: Run) -> float:
         return 0.0
     given = run.sim.parameters
     return 10.0 * (given['noise.position'] + given['noise.velocity'] * 1.0)
-
-
-def sampling_factor(run: Run) -> float:
-    """
-    Return by how much the marks of the continuous theory grow for this run.
-
-    A reference that is sampled with period h acts on the error equation like Kd h/2 qdd*: the
-    marks stand for 1 ms and the paper's profile, and grow with the period and with an
-    acceleration beyond :data:`PAPER_ACCELERATION`, with half as much again as another profile
-    spreads it over the joints in another way.
-
-    """
-    hardest = float(np.nanmax(np.abs(run.reference.qdd), initial=0.0))
-    share = hardest / PAPER_ACCELERATION
-    return run.h * 1e3 * (1.0 if share <= 1.01 else 1.5 * share)
-
-
-def gains_of(run: Run) -> Gains:
-    """
-    Return the gains that the controller's bag names.
-
-    Raises
-    ------
-    Refusal
-        If they make no stable error equation.
-
-    """
-    return gains_from(run.control.parameters['kp'], run.control.parameters['kd'])
 
 
 def largest(values: np.ndarray) -> tuple[float, int, int]:

@@ -1,8 +1,10 @@
 """The law computed again from the states and references that it saw."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ur5_ros.analysis.law_promise import gains_of, largest
+from ur5_ros.analysis.law_promise import Law, largest, laws_of, promised_rows
 from ur5_ros.analysis.residual import CHUNK
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.analysis.series import Run
@@ -11,7 +13,7 @@ from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.signals import JOINT_NAMES
 
 
-def law_torque(run: Run, rows: np.ndarray) -> np.ndarray:
+def law_torque(run: Run, laws: Sequence[Law], rows: np.ndarray) -> np.ndarray:
     """
     Return the computed torque of some states, gravity included.
 
@@ -21,8 +23,10 @@ def law_torque(run: Run, rows: np.ndarray) -> np.ndarray:
     ----------
     run : Run
         A recording with the controller's description and a reference.
+    laws : sequence of Law
+        The gains in force.
     rows : numpy.ndarray of int, shape (n,)
-        States; each has a reference.
+        States in ascending order; each has a reference.
 
     Returns
     -------
@@ -30,20 +34,23 @@ def law_torque(run: Run, rows: np.ndarray) -> np.ndarray:
         Torque [N m], before any limit.
 
     """
-    star, arm, gains = run.reference, run.control.arm, gains_of(run)
+    star, arm = run.reference, run.control.arm
     out = np.empty((len(rows), 6))
-    for start in range(0, len(rows), CHUNK):
-        some = rows[start:start + CHUNK]
-        q, qd = run.states.q[some], run.states.qd[some]
-        a = (star.qdd[some] - (qd - star.qd[some]) @ gains.kd.T
-             - (q - star.q[some]) @ gains.kp.T)
-        out[start:start + CHUNK] = inverse_dynamics(q + arm.angle_offset, qd, a, arm)
+    for law in laws:
+        begin, end = np.searchsorted(rows, (law.first, law.end))
+        for start in range(begin, end, CHUNK):
+            these = slice(start, min(start + CHUNK, end))
+            some = rows[these]
+            q, qd = run.states.q[some], run.states.qd[some]
+            a = (star.qdd[some] - (qd - star.qd[some]) @ law.gains.kd.T
+                 - (q - star.q[some]) @ law.gains.kp.T)
+            out[these] = inverse_dynamics(q + arm.angle_offset, qd, a, arm)
     return out
 
 
 def law_check(run: Run, marks: Marks) -> Check:
     """
-    Return whether the commands are the law's, with the gains and the arm that the bag names.
+    Return whether the commands are the law's, with the gains in force and the arm in the bag.
 
     Parameters
     ----------
@@ -56,15 +63,17 @@ def law_check(run: Run, marks: Marks) -> Check:
     name = 'law'
     if run.control is None or run.reference is None or run.command is None:
         return not_applicable(name, 'commands, references or the law are not recorded')
-    given = run.control.parameters
-    if given.get('mode') != 'computed_torque' or given.get('torque_rate_limit'):
+    plain = [law for law in laws_of(run)
+             if law.promised and not law.parameters.get('torque_rate_limit')]
+    if not plain:
         return not_applicable(name, 'not plain computed torque: it is not computed again')
     known = np.isfinite(np.hstack([*run.reference, run.command])).all(axis=1)
+    known &= promised_rows(plain, len(known))
     rows = np.flatnonzero(known)
     if not len(rows):
         return not_applicable(name, 'no state has a reference and an answer')
-    torque, limit = law_torque(run, rows), run.control.arm.limits.effort
-    if given.get('effort_convention') == 'gravity_excluded':
+    torque, limit = law_torque(run, plain, rows), run.control.arm.limits.effort
+    if run.control.parameters.get('effort_convention') == 'gravity_excluded':
         arm = run.control.arm
         torque -= gravity_torque(run.states.q[rows] + arm.angle_offset, arm)
     away = run.command[rows] - torque
@@ -77,6 +86,6 @@ def law_check(run: Run, marks: Marks) -> Check:
         wrong = (np.abs(away) > marks['command']).any(axis=1)
         sentence = (f'{wrong.sum()} commands are not those of the law with the gains and the arm '
                     f'in the bag, the first at {run.t[rows[np.argmax(wrong)]]:.4g} s (worst: '
-                    f'{worst:.3g} N m at {JOINT_NAMES[joint]}, {run.t[rows[row]]:.4g} s): gains '
-                    'were changed while it ran, or another law answered')
+                    f'{worst:.3g} N m at {JOINT_NAMES[joint]}, {run.t[rows[row]]:.4g} s): another '
+                    'law answered, or it was changed and the bag does not say so')
     return judge(name, worst, marks['command'], 'N m', sentence, joint=JOINT_NAMES[joint])

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ur5_ros.analysis.law_promise import laws_of, promised_rows
 from ur5_ros.analysis.law_recomputed import law_torque
 from ur5_ros.analysis.model_checks import command_defect
 from ur5_ros.analysis.result import Check, judge, not_applicable
@@ -97,16 +98,17 @@ def _command_causes(run: Run) -> dict[str, Any] | None:
 
 def _gravity_convention(run: Run) -> dict[str, Any] | None:
     """Return gravity missing or doubled, from the law recomputed."""
-    if run.control is None or run.reference is None or (
-            run.control.parameters.get('mode') != 'computed_torque'):
+    if run.control is None or run.reference is None:
         return None
     star, arm = run.reference, run.control.arm
-    rows = np.flatnonzero(run.steps & np.isfinite(np.hstack([*star])).all(axis=1)[:-1])
+    laws = [law for law in laws_of(run) if law.promised]
+    known = np.isfinite(np.hstack([*star])).all(axis=1) & promised_rows(laws, len(run.stamp))
+    rows = np.flatnonzero(run.steps & known[:-1])
     if not len(rows):
         return None
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, ROWS).astype(int))]
     gravity = gravity_torque(run.states.q[rows] + arm.angle_offset, arm)
-    return _gravity_cause(run.exact.effort[rows + 1] - law_torque(run, rows), gravity)
+    return _gravity_cause(run.exact.effort[rows + 1] - law_torque(run, laws, rows), gravity)
 
 
 def _gravity_cause(surplus: np.ndarray, gravity: np.ndarray) -> dict[str, Any] | None:

@@ -106,6 +106,7 @@ def _about(about: dict[str, Any]) -> str:
         'simulator arm': sim.get('arm'), 'controller arm': control.get('arm'),
         'experiment': parameters.get('experiment'),
         'Kp, Kd': ', '.join(_gain(parameters[key]) for key in ('kp', 'kd') if key in parameters),
+        'changed while it ran': '; '.join(map(_change, control.get('changes', [])[:3])),
         'rates': _rates(about), 'length': f'{about["duration_s"]:.4g} s, {about["states"]} states',
         'ur5_ros': about['ur5_ros'], 'pass marks': about['marks'], 'folder': about['folder'],
     }
@@ -126,6 +127,12 @@ def _gain(values: Any) -> str:
     numbers = values if isinstance(values, list) else [values]
     return ' '.join(f'{number:g}' for number in numbers[:6]) + (
         ' ...' if len(numbers) > 6 else '')
+
+
+def _change(change: dict[str, Any]) -> str:
+    values = ', '.join(f'{name} {value if isinstance(value, str) else _gain(value)}'
+                       for name, value in change.items() if name != 'after_s')
+    return f'{values} from {change["after_s"]:.4g} s'
 
 
 def _causes(result: Result) -> str:

@@ -1,17 +1,18 @@
 """Bags to a :class:`~ur5_ros.analysis.series.Run`: states, answers and references, by stamp."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from ur5_ros.analysis.series import PARTS, Event, Run, Side, States
+from ur5_ros.analysis.series import PARTS, Change, Event, Run, Side, States
 from ur5_ros.analysis.sources import PART_NAMES, Source, events_of, open_sources
 from ur5_ros.bag.columns import Columns
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import Refusal
 from ur5_ros.signals import Reference
 
-__all__ = ['PARTS', 'Event', 'Run', 'Side', 'States', 'load_run']
+__all__ = ['PARTS', 'Change', 'Event', 'Run', 'Side', 'States', 'load_run']
 
 
 def load_run(
@@ -221,8 +222,7 @@ def _current(sources: list[Source], stamp: np.ndarray) -> np.ndarray | None:
 def _sim_side(side: Side | None, arm: str | None) -> Side | None:
     if side is None or arm is None:
         return side
-    return Side(arm, load_arm(arm), side.parameters, side.versions, side.summary,
-                fingerprint=side.fingerprint)
+    return replace(side, arm_name=arm, arm=load_arm(arm))
 
 
 def _control_side(side, sim, arm, control_arm, kp, kd) -> Side | None:
@@ -230,11 +230,13 @@ def _control_side(side, sim, arm, control_arm, kp, kd) -> Side | None:
     name = control_arm or (arm if sim is None else None)
     if side is None and name is None:
         return None
-    given = dict(side.parameters) if side else complete(CONTROL_PARAMETERS, {'arm': name})
-    if side is None and kp is None and kd is None:
-        given['mode'] = 'unknown'
-    given.update({key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None})
+    gains = {key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None}
     if side is None:
-        return Side(name, load_arm(name), given)
-    record, title = (load_arm(name), name) if name else (side.arm, side.arm_name)
-    return Side(title, record, given, side.versions, side.summary, fingerprint=side.fingerprint)
+        given = complete(CONTROL_PARAMETERS, {'arm': name})
+        return Side(name, load_arm(name), given | gains | ({} if gains else {'mode': 'unknown'}))
+    if name:
+        side = replace(side, arm_name=name, arm=load_arm(name))
+    changes = tuple(
+        change._replace(values={key: value for key, value in change.values.items()
+                                if key not in gains}) for change in side.changes)
+    return replace(side, parameters={**side.parameters, **gains}, changes=changes)

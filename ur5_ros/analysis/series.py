@@ -37,6 +37,15 @@ class Event(NamedTuple):
     """What exactly."""
 
 
+class Change(NamedTuple):
+    """Parameters of the law that were changed while it ran."""
+
+    stamp: int
+    """Stamp of the last state that was answered before [ns]; 0 where none was."""
+    values: Mapping[str, Any]
+    """New values by name."""
+
+
 @dataclass(frozen=True, eq=False)
 class Side:
     """What one node's bag says about the node."""
@@ -50,6 +59,9 @@ class Side:
     """What the node noted at its end; empty when it did not come to that."""
     fingerprint: Mapping[str, Any] = field(default_factory=dict)
     """What repeatability to the last bit depends on."""
+    changes: tuple[Change, ...] = ()
+    """What was changed in the parameters later, in order of time; the simulator's changes are
+    events."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.series import Event, Side
+from ur5_ros.analysis.series import Change, Event, Side
 from ur5_ros.bag.codec import decode
 from ur5_ros.bag.columns import Columns
 from ur5_ros.bag.folder import bags_of_run, is_bag
 from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, parse_arm
+from ur5_ros.config.parameters import Parameter
 from ur5_ros.errors import Refusal
 from ur5_ros.signals import JOINT_NAMES
 
@@ -109,7 +110,7 @@ def _read(bag: Bag) -> Source:
         columns = loaded[topic]
         if isinstance(columns, Columns):
             if columns.skipped:
-                bag._report(f'{bag.path}: {columns.skipped} messages of {topic} could not be '
+                bag.report(f'{bag.path}: {columns.skipped} messages of {topic} could not be '
                             'used: joint names missing, or lengths that contradict each other')
             if not len(columns.stamp):
                 continue
@@ -199,11 +200,27 @@ def _side(bag: Bag) -> tuple[Side | None, str, str]:
     if node == 'robot':
         parameters['mode'] = 'unknown'
     side = Side(said.get('arm_name', arm.name), arm, parameters, _json(bag, 'versions', {}),
-                bag.notes.get('summary', {}), fingerprint=_json(bag, 'fingerprint', {}))
+                bag.notes.get('summary', {}), _json(bag, 'fingerprint', {}),
+                _changes(bag, known))
     return side, node, said.get('run', '')
 
 
-def events_of(source: Source, report: Sequence | None = None) -> Iterator[Event]:
+def _changes(bag: Bag, known: Sequence[Parameter]) -> tuple[Change, ...]:
+    """Return the live changes of parameters that the node noted."""
+    noted = bag.notes.get('parameter_changes', {}).get('changes', [])
+    found = []
+    try:
+        for each in noted:
+            values = {name: value for name, value in each.items() if name != 'stamp'}
+            checked = complete(known, values)
+            found.append(Change(int(each['stamp']), {name: checked[name] for name in values}))
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise Refusal(f'{bag.path}: its note of parameters changed while it ran cannot be '
+                      f'understood ({error}); the bag is damaged') from None
+    return tuple(sorted(found, key=lambda change: change.stamp))
+
+
+def events_of(source: Source) -> Iterator[Event]:
     """
     Yield the events that a simulator's bag holds.
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.analysis.residual import CHUNK
 from ur5_ros.analysis.series import Run
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
@@ -50,16 +51,47 @@ def tool_tracking(run: Run, arm: ArmParameters, wanted_arm: ArmParameters) -> To
     wanted = np.full(made.shape, np.nan)
     wanted[known] = forward_kinematics(run.reference.q[known] + wanted_arm.angle_offset,
                                        wanted_arm)
-    distance = np.linalg.norm(made[:, :3, 3] - wanted[:, :3, 3], axis=1)
-    turn = np.einsum('nji,njk->nik', wanted[:, :3, :3], made[:, :3, :3])
-    angle = np.full(len(made), np.nan)
-    angle[known] = np.linalg.norm(rotation_vector(turn[known]), axis=1)
+    distance, angle = np.full((2, len(made)), np.nan)
+    distance[known], angle[known] = _pose_errors(made[known], wanted[known])
     wanted_vector = np.full((len(made), 3), np.nan)
     wanted_vector[known] = continuous_vectors(rotation_vector(wanted[known, :3, :3]))
     vector = continuous_vectors(rotation_vector(made[:, :3, :3]))
     if known.any():
         vector = _same_sheet(vector, wanted_vector, int(np.argmax(known)))
     return ToolTracking(made[:, :3, 3], wanted[:, :3, 3], vector, wanted_vector, distance, angle)
+
+
+def tool_errors(
+    q: np.ndarray, wanted: np.ndarray, arm: ArmParameters,
+) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return distance [m] and angle [rad] between the tool poses of joint positions.
+
+    Parameters
+    ----------
+    q, wanted : numpy.ndarray, shape (n, 6)
+        Joint positions, manufacturer's angles [rad].
+    arm : ArmParameters
+        The arm of both.
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        Shapes (n,).
+
+    """
+    distance, angle = np.empty((2, len(q)))
+    for start in range(0, len(q), CHUNK):
+        rows = slice(start, start + CHUNK)
+        a, b = (forward_kinematics(each[rows] + arm.angle_offset, arm) for each in (q, wanted))
+        distance[rows], angle[rows] = _pose_errors(a, b)
+    return distance, angle
+
+
+def _pose_errors(made: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    turn = np.einsum('nji,njk->nik', wanted[:, :3, :3], made[:, :3, :3])
+    return (np.linalg.norm(made[:, :3, 3] - wanted[:, :3, 3], axis=1),
+            np.linalg.norm(rotation_vector(turn), axis=1))
 
 
 def rotation_vector(rotation: np.ndarray) -> np.ndarray:

@@ -84,4 +84,6 @@ def _side(side: Side | None) -> dict[str, Any] | None:
     if side is None:
         return None
     return {'arm': side.arm_name, 'parameters': dict(side.parameters),
+            'changes': [{'after_s': change.stamp * 1e-9, **change.values}
+                        for change in side.changes[:200]],
             'versions': dict(side.versions), 'summary': dict(side.summary)}

@@ -59,22 +59,23 @@ class Bag:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._problems: dict[str, None] = {}
-        self._information, self.sources = open_sources(path, self._report)
+        self._information, self.sources = open_sources(path, self.report)
         self.topics: dict[str, str] = {}
         """Topic -> type."""
         for source in self.sources:
             for info in source.topics.values():
                 if self.topics.setdefault(info.name, info.type) != info.type:
-                    self._report(f'{path}: topic {info.name} has two types; only '
+                    self.report(f'{path}: topic {info.name} has two types; only '
                                  f'{self.topics[info.name]} is read')
         self.description: dict[str, str]
         """What the bag says about itself; see ur5_ros.bag.description."""
         self.notes: dict[str, dict[str, Any]]
         """Notes that were added while recording: name -> values; the last of a name."""
         self.description, self.notes = read_descriptions(path, self._information, self.sources,
-                                                         self._report)
+                                                         self.report)
 
-    def _report(self, problem: str) -> None:
+    def report(self, problem: str) -> None:
+        """Add what was found wrong or missing to ``problems``: one line, each once."""
         if len(self._problems) < MAX_PROBLEMS:
             self._problems[one_line(problem)] = None
 
@@ -95,7 +96,7 @@ class Bag:
         for source in self.sources:
             for batch in source.batches(fast):
                 yield source, batch
-        compare_counts(self.path, self._information, self.sources, self._report)
+        compare_counts(self.path, self._information, self.sources, self.report)
 
     def counts(self) -> dict[str, int]:
         """Return topic -> messages, as counted by the last whole reading or :meth:`check`."""
@@ -165,7 +166,7 @@ class Bag:
             info = self._info(topic)
             definitions = info.definitions()
             collectors[topic] = Collector(
-                topic, info.type, definitions, names, self._report, self._expected(topic)) \
+                topic, info.type, definitions, names, self.report, self._expected(topic)) \
                 if info.type in KINDS else RawCollector()
         self._pass(collectors)
         return {topic: collector.result() for topic, collector in collectors.items()}
@@ -210,7 +211,7 @@ class Bag:
                 try:
                     message = read(bytes(batch.buffer[begin:begin + length]))
                 except BagProblem as problem:
-                    self._report(f'topic {info.name}: {problem}')
+                    self.report(f'topic {info.name}: {problem}')
                     continue
                 yield log_time, message
 

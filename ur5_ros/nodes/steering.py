@@ -77,6 +77,7 @@ class Steering:
             number, record = topics.subscribe(role, topic, message_type, qos)
             self._heard[number] = (topics.names[role], record, take)
         self._run_name = ''
+        self._started_with = controller.parameters
         self._changes: list[dict[str, Any]] = []
         self._robots = 0
         self._every_second = EverySecond()
@@ -133,6 +134,7 @@ class Steering:
         self._close_bag('a new run began')
         self._run_name = ''
         self._changes = []
+        self._started_with = self.answering.controller.parameters
         self.answering.begin_anew()
 
     def _open_bag(self, name: str) -> None:
@@ -140,7 +142,7 @@ class Steering:
         arm = self.parameters['arm']
         self.recording.begin(name, describe(
             'control', name, self.answering.controller.arm.name, arm_text(arm),
-            self.answering.controller.parameters, self._names, fingerprint()))
+            self._started_with, self._names, fingerprint()))
         if self._changes:
             self.recording.note('parameter_changes', {'changes': self._changes})
         if self.recording.folder:
