@@ -64,11 +64,18 @@ class Cluster:
 
     def scheduler(self) -> subprocess.Popen:
         port = self.address.rpartition(':')[2]
-        return self.start('dask_scheduler', '--host', '127.0.0.1', '--port', port,
-                          '--no-dashboard')
+        process = self.start('dask_scheduler', '--host', '127.0.0.1', '--port', port,
+                             '--no-dashboard')
+        end = time.monotonic() + 120.0
+        while process.poll() is None and time.monotonic() < end:
+            with socket.socket() as probe:
+                if probe.connect_ex(('127.0.0.1', int(port))) == 0:
+                    return process
+            time.sleep(0.05)
+        raise AssertionError('the scheduler did not start')
 
-    def worker(self) -> subprocess.Popen:
-        return self.start('dask_worker', self.address, '--nthreads', '1', '--no-nanny',
+    def worker(self, threads: int = 1) -> subprocess.Popen:
+        return self.start('dask_worker', self.address, '--nthreads', str(threads), '--no-nanny',
                           '--no-dashboard', '--death-timeout', '60')
 
     def close(self) -> None:
@@ -96,6 +103,16 @@ def test_a_cluster_of_processes_gives_the_table_of_one_process(cluster, alone, t
     assert folder.table().equals(alone)
     path = folder.write_table()
     assert polars.read_parquet(path).equals(alone)
+
+
+def test_threads_of_one_worker_do_not_disturb_each_other(cluster, tmp_path):
+    cluster.scheduler()
+    cluster.worker(threads=4)
+    text = SPEC.replace('count: 3', 'count: 30').replace('duration: 0.15', 'duration: 1.0')
+    folder = SweepFolder(tmp_path / 'sweep', spec_of(text))
+    run_sweep(folder.spec, folder, cluster.address)
+    alone = [row_of(folder.spec, run, None) for run in expand(folder.spec)]
+    assert [row['states'] for row in alone] == folder.table()['states'].to_list()
 
 
 def test_a_killed_worker_loses_no_run_and_doubles_none(cluster, tmp_path):
@@ -218,6 +235,19 @@ def test_a_run_by_the_two_nodes_has_the_row_of_the_loop(tmp_path):
         rows += [row_of(spec, run, tmp_path / engine) for run in expand(spec)]
     assert rows[0] == rows[1] and rows[0]['success']
     assert not list(tmp_path.rglob('*.mcap'))
+
+
+def test_workers_run_the_two_nodes_beside_each_other(cluster, tmp_path):
+    cluster.scheduler()
+    cluster.worker(threads=2)
+    tables = []
+    for engine in ('loop', 'nodes'):
+        folder = SweepFolder(tmp_path / engine, spec_of(
+            SPEC.replace('count: 3', 'count: 2') + f'engine: {engine}\n'))
+        run_sweep(folder.spec, folder, cluster.address)
+        tables.append(folder.table())
+    assert tables[0].equals(tables[1]) and tables[0].height == 4
+    assert set(tables[0]['status']) <= {'pass', 'fail'}
 
 
 def test_every_check_of_the_validator_has_its_columns():

@@ -14,7 +14,12 @@ from ur5_ros.errors import Refusal
 from ur5_ros.loop.bag_growth import BagGrowth
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.plan import plan_run
-from ur5_ros.loop.processes import NodeProcesses, free_domain, private_environment
+from ur5_ros.loop.processes import (
+    NodeProcesses,
+    claim_domain,
+    free_domain,
+    private_environment,
+)
 from ur5_ros.loop.two_nodes import run_two_nodes
 
 #: Topics whose content depends on the wall clock or on the run's name.
@@ -133,3 +138,13 @@ def test_a_domain_in_use_is_not_taken():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(('127.0.0.1', 7400 + 250 * domain + 10))
         assert all(free_domain() != domain for _ in range(300))
+
+
+def test_those_who_start_at_the_same_time_get_different_domains():
+    held = [claim_domain() for _ in range(20)]
+    try:
+        assert len({domain for domain, _ in held}) == 20
+        assert all(free_domain() not in {domain for domain, _ in held} for _ in range(100))
+    finally:
+        for _, claim in held:
+            claim.close()

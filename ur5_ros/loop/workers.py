@@ -18,6 +18,9 @@ from ur5_ros.model.compiled import limit_threads
 #: Wall-clock time that a scheduler gets to answer [s].
 PATIENCE = 8.0
 
+#: The same for one that was there before, and may be starting again [s].
+PATIENCE_AGAIN = 60.0
+
 #: Tasks under way for each worker thread: one runs, the others wait beside it.
 AHEAD = 3
 
@@ -66,9 +69,16 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Client]:
+def connected(address: str, patience: float = PATIENCE) -> Iterator[Client]:
     """
     Yield a client of the scheduler at an address.
+
+    Parameters
+    ----------
+    address : str
+        Such as ``tcp://host:8786``.
+    patience : float
+        Wall-clock time that it gets to answer [s].
 
     Raises
     ------
@@ -77,7 +87,7 @@ def connected(address: str) -> Iterator[Client]:
 
     """
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = Client(address, timeout=patience, set_as_default=False)
     except (OSError, ValueError, asyncio.TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise Refusal(f'no Dask scheduler answers at {address} ({reason}); start one with '
