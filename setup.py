@@ -53,7 +53,6 @@ setup(
         'numpy>=1.26',
         'plotly>=6',
         'pybullet>=3.2.6',
-        'pydantic>=2.7',
         'pyyaml>=6',
         'rich>=13',
         'ruckig>=0.14',

@@ -3,13 +3,13 @@
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import yaml
-from pydantic import ConfigDict, Field
 
 from ur5_ros.bag.problem import BagProblem
-from ur5_ros.config.strict_yaml import StrictModel, read_yaml, validate
+from ur5_ros.config.records import Record, Rule, validate
+from ur5_ros.config.strict_yaml import read_yaml
 from ur5_ros.errors import Refusal
 
 NAME = 'metadata.yaml'
@@ -18,6 +18,8 @@ DISTRO = 'jazzy'
 
 #: What rosbag2 writes as starting time of a bag without messages [ns].
 NEVER = 2**63 - 1
+
+Count = Annotated[int, Rule(at_least=0)]
 
 #: rmw's infinite duration, as rosbag2 writes it.
 _INFINITE = {'sec': 9223372036, 'nsec': 854775807}
@@ -138,10 +140,10 @@ def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:
         raise
 
 
-class _Loose(StrictModel):
+class _Loose(Record):
     """Versions differ in what else they say; only what is used must have its form."""
 
-    model_config = ConfigDict(extra='ignore', frozen=True)
+    _ignores_the_rest = True
 
 
 class _TopicMetadata(_Loose):
@@ -152,21 +154,21 @@ class _TopicMetadata(_Loose):
 
 class _TopicCount(_Loose):
     topic_metadata: _TopicMetadata
-    message_count: int = Field(ge=0)
+    message_count: Count
 
 
 class _FileCount(_Loose):
     path: str
-    message_count: int = Field(ge=0)
+    message_count: Count
 
 
 class Information(_Loose):
     """What a metadata.yaml says, of all versions that rosbag2 has written."""
 
-    version: int = Field(ge=1)
+    version: Annotated[int, Rule(at_least=1)]
     storage_identifier: str = ''
-    relative_file_paths: list[str] = Field(max_length=100_000)
-    message_count: int = Field(default=0, ge=0)
+    relative_file_paths: Annotated[list[str], Rule(longest=100_000)]
+    message_count: Count = 0
     topics_with_message_count: list[_TopicCount] = []
     compression_format: str = ''
     compression_mode: str = ''

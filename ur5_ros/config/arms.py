@@ -4,25 +4,25 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field
 
-from ur5_ros.config.strict_yaml import StrictModel, config_folder, parse_yaml, read_yaml, validate
+from ur5_ros.config.records import Record, Rule, validate
+from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_yaml
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
 
-Six = Annotated[list[float], Field(min_length=6, max_length=6)]
-Three = Annotated[list[float], Field(min_length=3, max_length=3)]
-Range = Annotated[list[float], Field(min_length=2, max_length=2)]
+Six = Annotated[list[float], Rule(shortest=6, longest=6)]
+Three = Annotated[list[float], Rule(shortest=3, longest=3)]
+Range = Annotated[list[float], Rule(shortest=2, longest=2)]
 
 
-class _Geometry(StrictModel):
+class _Geometry(Record):
     source: str
     a: Six
     d: Six
     alpha: Six
 
 
-class _Link(StrictModel):
+class _Link(Record):
     name: str
     mass: float
     com: Three
@@ -30,37 +30,37 @@ class _Link(StrictModel):
     source: str
 
 
-class _Sourced(StrictModel):
+class _Sourced(Record):
     source: str
     value: Six
 
 
-class _Gravity(StrictModel):
+class _Gravity(Record):
     source: str
     value: Three
 
 
-class _Limits(StrictModel):
+class _Limits(Record):
     source: str
-    position: Annotated[list[Range | None], Field(min_length=6, max_length=6)]
+    position: Annotated[list[Range | None], Rule(shortest=6, longest=6)]
     velocity: Six
     effort: Six
 
 
-class _Payload(StrictModel):
+class _Payload(Record):
     mass: float = 0.0
     com: Three = [0.0, 0.0, 0.0]
     inertia: Six = [0.0] * 6
     source: str = ''
 
 
-class _ArmFile(StrictModel):
+class _ArmFile(Record):
     name: str
     description: str
     warnings: list[str] = []
     dh: _Geometry
     angle_offset: _Sourced
-    links: Annotated[list[_Link], Field(min_length=6, max_length=6)]
+    links: Annotated[list[_Link], Rule(shortest=6, longest=6)]
     armature: _Sourced
     gravity: _Gravity
     limits: _Limits

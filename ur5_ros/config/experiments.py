@@ -3,31 +3,30 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast, get_args
 
-from pydantic import Field
-
-from ur5_ros.config.strict_yaml import StrictModel, config_folder, parse_yaml, read_yaml, validate
+from ur5_ros.config.records import Record, Rule, validate
+from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_yaml
 from ur5_ros.errors import Refusal
 
-Six = Annotated[list[float], Field(min_length=6, max_length=6)]
-Three = Annotated[list[float], Field(min_length=3, max_length=3)]
-Seconds = Annotated[float, Field(gt=0.0, le=3600.0)]
+Six = Annotated[list[float], Rule(shortest=6, longest=6)]
+Three = Annotated[list[float], Rule(shortest=3, longest=3)]
+Seconds = Annotated[float, Rule(above=0.0, at_most=3600.0)]
 Axis = Literal['x', 'y', 'z']
 JointName = Literal['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',
                     'wrist_2_joint', 'wrist_3_joint']
-Pause = Annotated[float, Field(ge=0.0, le=3600.0)]
+Pause = Annotated[float, Rule(at_least=0.0, at_most=3600.0)]
 
 
-class Wave(StrictModel):
+class Wave(Record):
     """amplitude sin(2 pi frequency t + phase)."""
 
     amplitude: float
     """[m] along an axis, [rad] about an axis or on a joint."""
-    frequency: Annotated[float, Field(ge=0.0, le=100.0)]
+    frequency: Annotated[float, Rule(at_least=0.0, at_most=100.0)]
     """[Hz]."""
     phase_degrees: float = 0.0
 
 
-class _Experiment(StrictModel):
+class _Experiment(Record):
     name: str
     description: str
     source: str
@@ -64,7 +63,7 @@ class ToolCircle(_Experiment):
     """Centre of the circle from the start, axes of base [m]."""
     normal: Three
     """Axis of the turn in base; made perpendicular to ``centre``."""
-    turns: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
+    turns: Annotated[float, Rule(above=0.0, at_most=100.0)] = 1.0
 
 
 class ToolPolygon(_Experiment):
@@ -72,7 +71,7 @@ class ToolPolygon(_Experiment):
 
     kind: Literal['tool_polygon']
     leg_time: Seconds
-    corners: Annotated[list[Three], Field(min_length=2, max_length=100)]
+    corners: Annotated[list[Three], Rule(shortest=2, longest=100)]
     """Positions from the start, axes of base [m]; the first is where it begins."""
 
     @property
@@ -103,7 +102,7 @@ class JointStep(_Experiment):
 
 
 Experiment = ToolWaves | ToolCircle | ToolPolygon | JointWaves | JointStep
-_KINDS = {get_args(kind.model_fields['kind'].annotation)[0]: kind for kind in get_args(Experiment)}
+_KINDS = {get_args(kind.__annotations__['kind'])[0]: kind for kind in get_args(Experiment)}
 
 
 def list_experiments() -> list[str]:

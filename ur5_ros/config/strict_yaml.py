@@ -2,24 +2,14 @@
 
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ur5_ros.errors import Refusal
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 20
-
-
-class StrictModel(BaseModel):
-    """Base of the file schemas: unknown keys, NaN and infinity are refused, nothing is coerced."""
-
-    model_config = ConfigDict(extra='forbid', allow_inf_nan=False, frozen=True)
-
-
-Model = TypeVar('Model', bound=StrictModel)
 
 
 @cache
@@ -134,25 +124,3 @@ def read_yaml(path: Path) -> Any:
     except UnicodeDecodeError:
         raise Refusal(f'{path}: not a text file; give YAML in UTF-8') from None
     return parse_yaml(text, str(path))
-
-
-def validate(schema: type[Model], data: Any, source: str) -> Model:
-    """
-    Return ``data`` as a record of ``schema``.
-
-    Raises
-    ------
-    Refusal
-        Naming the first key that is missing, unknown or out of range, and how many more.
-
-    """
-    try:
-        return schema.model_validate(data)
-    except ValidationError as error:
-        problems = error.errors(include_url=False)
-        first = problems[0]
-        place = '.'.join(str(part) for part in first['loc']) or 'the document'
-        given = '' if first['type'] == 'missing' else f' (given: {str(first["input"])[:60]!r})'
-        more = f'; {len(problems) - 1} more' if len(problems) > 1 else ''
-        message = first['msg'].removeprefix('Value error, ')
-        raise Refusal(f'{source}: {place}: {message}{given}{more}') from None

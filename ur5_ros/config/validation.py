@@ -3,16 +3,15 @@
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field
-
-from ur5_ros.config.strict_yaml import StrictModel, config_folder, read_yaml, validate
+from ur5_ros.config.records import Record, Rule, validate
+from ur5_ros.config.strict_yaml import config_folder, read_yaml
 from ur5_ros.errors import Refusal
 
 
-class Mark(StrictModel):
+class Mark(Record):
     """One limit, with its unit and its source."""
 
-    limit: Annotated[float, Field(ge=0.0)]
+    limit: Annotated[float, Rule(at_least=0.0)]
     """Highest value that passes."""
     unit: str
     """Unit of the limit."""
@@ -20,7 +19,7 @@ class Mark(StrictModel):
     """Where the number comes from."""
 
 
-class Marks(StrictModel):
+class Marks(Record):
     """The limits of all checks, by name."""
 
     name: str

@@ -11,6 +11,7 @@ import polars
 from plotly.offline import get_plotlyjs
 
 from ur5_ros.analysis.page import SCRIPT, STYLE
+from ur5_ros.config.records import as_data
 from ur5_ros.loop.sweep_spec import SweepSpec
 from ur5_ros.loop.sweep_summary import (
     HeatMap,
@@ -51,7 +52,7 @@ def write_report(folder: SweepFolder, path: Path) -> Rate:
         f'(95 % interval {rate.low:.1%} to {rate.high:.1%}).</p></div></div>\n',
         '<h2>Figures</h2>\n<div class="plots">', *(_box(figure) for figure in figures), '</div>\n',
         _rates(table, spec), _worst(table, spec, folder.path),
-        f'<h2>Specification</h2><pre>{_text(json.dumps(spec.model_dump(by_alias=True), indent=1))}'
+        f'<h2>Specification</h2><pre>{_text(json.dumps(as_data(spec), indent=1))}'
         '</pre>',
     ])
     path.write_text(_document(spec.name, body, figures), encoding='utf-8')

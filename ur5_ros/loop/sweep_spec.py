@@ -7,44 +7,43 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from ur5_ros.config import config_folder, parse_yaml, read_yaml
-from ur5_ros.config.strict_yaml import StrictModel, validate
+from ur5_ros.config.records import Record, Rule, validate
 from ur5_ros.errors import Refusal
 
 #: Most runs that one sweep may ask for.
 MOST_RUNS = 1_000_000
 
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+Pair = Annotated[list[float], Rule(shortest=2, longest=2)]
 Fixed = bool | int | float | str | list[float]
 
 
-class Axis(StrictModel):
+class Axis(Record):
     """Values of one key: a range, or random ones; a plain list of values needs no axis."""
 
-    first: Annotated[float | None, Field(alias='from')] = None
-    last: Annotated[float | None, Field(alias='to')] = None
-    count: Annotated[int | None, Field(ge=1, le=MOST_RUNS)] = None
+    first: Annotated[float | None, Rule(key='from')] = None
+    last: Annotated[float | None, Rule(key='to')] = None
+    count: Annotated[int | None, Rule(at_least=1, at_most=MOST_RUNS)] = None
     scale: Literal['linear', 'log'] = 'linear'
     uniform: Pair | None = None
     log_uniform: Pair | None = None
     normal: Pair | None = None
-    size: Annotated[int | None, Field(ge=1, le=36)] = None
+    size: Annotated[int | None, Rule(at_least=1, at_most=36)] = None
 
 
-class SweepSpec(StrictModel):
+class SweepSpec(Record):
     """What ``ur5 sweep`` reads; docs/sweeps.md describes every key."""
 
-    name: Annotated[str, Field(pattern=r'^[A-Za-z0-9_.-]+$')]
+    name: Annotated[str, Rule(pattern=r'[A-Za-z0-9_.-]+')]
     question: str = ''
     experiment: str = 'kebria_fig11'
-    duration: Annotated[float | None, Field(gt=0.0, le=86400.0)] = None
+    duration: Annotated[float | None, Rule(above=0.0, at_most=86400.0)] = None
     engine: Literal['loop', 'nodes'] = 'loop'
     judge: Literal['checks', 'metrics'] = 'checks'
     keep: Literal['none', 'failures', 'all'] = 'none'
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    samples: Annotated[int, Field(ge=1, le=MOST_RUNS)] = 1
+    seed: Annotated[int, Rule(at_least=0, at_most=2**31 - 1)] = 0
+    samples: Annotated[int, Rule(at_least=1, at_most=MOST_RUNS)] = 1
     success: dict[str, float] = {}
     fixed: dict[str, Fixed] = {}
     cases: list[dict[str, Fixed]] = []

@@ -10,6 +10,7 @@ from typing import Any
 
 import polars
 
+from ur5_ros.config.records import as_data
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.sweep_run import METRICS
 from ur5_ros.loop.sweep_spec import SweepSpec, parse_sweep
@@ -41,7 +42,7 @@ class SweepFolder:
         self.path = path
         self.parts = path / 'parts'
         self.spec = spec
-        text = json.dumps(spec.model_dump(by_alias=True), indent=1) + '\n'
+        text = json.dumps(as_data(spec), indent=1) + '\n'
         file = path / _SPEC
         if file.exists() and file.read_text(encoding='utf-8') != text:
             raise Refusal(f'{path} holds another sweep, or an older form of this one; '
