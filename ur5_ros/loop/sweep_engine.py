@@ -10,7 +10,7 @@ from distributed import KilledWorker
 from ur5_ros.loop.sweep_run import inputs_of, row_of
 from ur5_ros.loop.sweep_spec import RunSpec, SweepSpec, expand, number_of_runs
 from ur5_ros.loop.sweep_table import SweepFolder
-from ur5_ros.loop.workers import cluster, connected, spread
+from ur5_ros.loop.workers import PATIENCE, PATIENCE_AGAIN, cluster, connected, spread
 
 #: Control periods in one task, so that a task takes some seconds.
 PERIODS_IN_TASK = 40_000
@@ -58,10 +58,12 @@ def _run_the_rest(
     if len(done) == number_of_runs(spec):
         return
     bags = str((folder.path / 'bags').absolute()) if spec.keep != 'none' else None
+    patience = PATIENCE
     with cluster(scheduler, workers) as address:
         while len(done) < number_of_runs(spec):
             todo = (run for run in expand(spec) if run.number not in done)
-            with connected(address) as client:
+            with connected(address, patience) as client:
+                patience = PATIENCE_AGAIN
                 for rows in spread(client, run_batch, (spec, bags), todo, batch_size(spec),
                                    lost_row):
                     folder.add(rows)
