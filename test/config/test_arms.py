@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -143,3 +145,16 @@ def test_no_text_gets_past_the_parser_as_anything_but_a_refusal(text):
 
 def test_the_folder_found_is_the_one_of_this_checkout():
     assert config_folder() == REPO / 'config'
+
+
+def test_both_parsers_of_yaml_say_the_same():
+    read = """
+import sys
+{}
+from ur5_ros.config import arm_text, list_arms, parse_yaml
+print([parse_yaml(arm_text(name), name) for name in list_arms()])
+"""
+    said = [subprocess.run([sys.executable, '-c', read.format(first)], check=True,
+                           capture_output=True, text=True).stdout
+            for first in ('', 'sys.modules["yaml._yaml"] = None\nsys.modules["_yaml"] = None')]
+    assert said[0] == said[1] != ''

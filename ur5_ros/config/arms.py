@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ur5_ros.config.records import Record, Rule, validate
-from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_yaml
+from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
 
@@ -87,9 +87,7 @@ def arm_text(name: str) -> str:
         If there is no such arm.
 
     """
-    path = _arm_path(name)
-    read_yaml(path)  # refuses what is no text or too large
-    return path.read_text(encoding='utf-8')
+    return read_text(_arm_path(name))
 
 
 def load_arm(name: str) -> ArmParameters:

@@ -5,6 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from yaml.composer import Composer
+from yaml.constructor import SafeConstructor
+from yaml.resolver import Resolver
 
 from ur5_ros.errors import Refusal
 
@@ -34,14 +37,29 @@ def config_folder() -> Path:
     raise Refusal(f'no folder share/ur5_ros/config above {here}; install the package again')
 
 
-class _Loader(yaml.SafeLoader):
+try:
+    from yaml.cyaml import CParser  # type: ignore[attr-defined]
+
+    class _PlainLoader(Composer, CParser, SafeConstructor, Resolver):
+        """SafeLoader whose parser is libyaml, which takes an eighth of the time."""
+
+        def __init__(self, text: str) -> None:
+            CParser.__init__(self, text)
+            for part in (Composer, SafeConstructor, Resolver):
+                part.__init__(self)
+
+except ImportError:  # PyYAML was built without libyaml
+    from yaml import SafeLoader as _PlainLoader  # type: ignore[assignment]
+
+
+class _Loader(_PlainLoader):
     """SafeLoader that refuses what would be silently lost or could blow up."""
 
     depth = 0
 
     def compose_node(self, parent, index):
         if self.check_event(yaml.events.AliasEvent):
-            event = self.peek_event()
+            event: Any = self.peek_event()
             raise Refusal(f'line {event.start_mark.line + 1}: alias *{event.anchor}; '
                           'write the value out')
         self.depth += 1
@@ -105,6 +123,26 @@ def parse_yaml(text: str, source: str) -> Any:
             loader.dispose()
 
 
+def read_text(path: Path) -> str:
+    """
+    Return the text of a file, of a size that :func:`parse_yaml` takes.
+
+    Raises
+    ------
+    Refusal
+        If the file cannot be read, is too large or no text.
+
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise Refusal(f'{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read')
+        return path.read_text(encoding='utf-8')
+    except OSError as error:
+        raise Refusal(f'{path}: cannot be read: {error.strerror}') from None
+    except UnicodeDecodeError:
+        raise Refusal(f'{path}: not a text file; give YAML in UTF-8') from None
+
+
 def read_yaml(path: Path) -> Any:
     """
     Return what a YAML file says; see :func:`parse_yaml`.
@@ -115,12 +153,4 @@ def read_yaml(path: Path) -> Any:
         If the file cannot be read or is not strict YAML.
 
     """
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise Refusal(f'{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read')
-        text = path.read_text(encoding='utf-8')
-    except OSError as error:
-        raise Refusal(f'{path}: cannot be read: {error.strerror}') from None
-    except UnicodeDecodeError:
-        raise Refusal(f'{path}: not a text file; give YAML in UTF-8') from None
-    return parse_yaml(text, str(path))
+    return parse_yaml(read_text(path), str(path))
