@@ -80,38 +80,29 @@ class BulletArm:
             pybullet.getQuaternionFromEuler(link_bodies(arm)[5][2]))
         self._axes = np.array(turn).reshape(3, 3)
         self.set_gravity(gravity)
+        self.advance = self.stepper()
+        """Takes a step: torques [N m] in; q [rad] and qd [rad/s] out, twelve numbers."""
 
     def set_gravity(self, gravity: Sequence[float] | np.ndarray) -> None:
         """Set the gravitational acceleration, in ``base`` [m/s^2]."""
         pybullet.setGravity(*map(float, gravity), physicsClientId=self._client)
 
-    def place(self, q: list[float], qd: list[float]) -> None:
+    def place(self, q: Sequence[float], qd: Sequence[float]) -> None:
         """Put the joints at these positions [rad] and velocities [rad/s]."""
         for joint, position, velocity in zip(self._joints, q, qd, strict=True):
             pybullet.resetJointState(self._body, joint, position, velocity,
                                      physicsClientId=self._client)
 
-    def advance(self, tau: list[float]) -> tuple[list[float], list[float]]:
-        """Return q [rad], qd [rad/s] after one step under these torques [N m]."""
-        client = self._client
-        # A torque lasts one step; two calls before a step would add up.
-        pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.TORQUE_CONTROL,
-                                           forces=tau, physicsClientId=client)
-        pybullet.stepSimulation(physicsClientId=client)
-        states = pybullet.getJointStates(self._body, self._joints, physicsClientId=client)
-        return [state[0] for state in states], [state[1] for state in states]
-
     def stepper(self) -> Callable[[list[float]], tuple[float, ...]]:
         """
-        Return :meth:`advance` as one function for many steps; it gives q and qd in one tuple.
-
-        It belongs to the bodies that are loaded now.
+        Return what :attr:`advance` is: a function bound to the bodies that are loaded now.
         """
         body, joints, client, torque = self._body, self._joints, self._client, _TORQUE
         push, step = pybullet.setJointMotorControlArray, pybullet.stepSimulation
         read = pybullet.getJointStates
 
         def advance(tau: list[float]) -> tuple[float, ...]:
+            # a torque lasts one step; two calls before a step would add up
             push(body, joints, torque, forces=tau, physicsClientId=client)
             step(client)
             ((q1, v1, _, _), (q2, v2, _, _), (q3, v3, _, _), (q4, v4, _, _), (q5, v5, _, _),

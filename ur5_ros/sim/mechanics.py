@@ -1,6 +1,7 @@
 """The moving body: PyBullet, what is added to it, the stops, one physics step at a time."""
 
-from math import hypot
+from collections.abc import Sequence
+from operator import le
 
 import numpy as np
 
@@ -33,11 +34,15 @@ class Mechanics:
         self.step_time = step_time
         self.bullet = BulletArm(arm, arm.gravity, step_time, gui)
         limits = arm.limits
-        # A state whose norms are below these is within all limits: the quickest sieve.
-        self._near = float(np.minimum(-limits.lower, limits.upper).min())
-        self._slow = float(limits.velocity.min())
+        self._least = np.concatenate([limits.lower, -limits.velocity]).tolist()
+        self._most = np.concatenate([limits.upper, limits.velocity]).tolist()
         self._load = (0.0, [0.0, 0.0, 0.0], arm.gravity.tolist())
-        self.joints = Joints([0.0] * 6, [0.0] * 6)
+        self._now: tuple[float, ...] = (0.0,) * 12
+
+    @property
+    def joints(self) -> Joints:
+        """Positions [rad] and velocities [rad/s]."""
+        return Joints([*self._now[:6]], [*self._now[6:]])
 
     def hang(self, mass: float, com: list[float], gravity: list[float]) -> None:
         """
@@ -65,9 +70,9 @@ class Mechanics:
         self._scheme = Scheme(effects, self.step_time)
         self._plain = self._scheme.none
 
-    def place(self, q: list[float], qd: list[float]) -> None:
+    def place(self, q: Sequence[float], qd: Sequence[float]) -> None:
         """Put the joints there."""
-        self.joints = Joints(list(q), list(qd))
+        self._now = (*q, *qd)
         self.bullet.place(*self.joints)
 
     def advance(self, effort: np.ndarray, tau: list[float]) -> tuple[np.ndarray, bool, np.ndarray]:
@@ -96,32 +101,22 @@ class Mechanics:
             If the state ran away; the arm then rests where it was before the step.
 
         """
-        before, held = self.joints, NOBODY
+        before, held = self._now, NOBODY
         if not self._plain:
-            tau, held = self._scheme.engine_torque(self.bullet, before, effort)
-        values = self._move(tau)
-        q, qd = self.joints
-        if hypot(*q) < self._near and hypot(*qd) < self._slow or self._within(values):
-            return values, held is NOBODY, held
+            tau, held = self._scheme.engine_torque(self.bullet, self.joints, effort)
+        now = self._now = self.bullet.advance(tau)
+        if all(map(le, self._least, now)) and all(map(le, now, self._most)):  # no NaN is
+            return np.array(now), held is NOBODY, held
+        values = np.array(now)
         if self._plain and self._beyond_a_stop(values):  # PyBullet has none: step back, again
-            self.bullet.place(*before)
-            torque, held = self._scheme.engine_torque(self.bullet, before, effort)
-            values = self._move(torque)
+            self.place(before[:6], before[6:])
+            torque, held = self._scheme.engine_torque(self.bullet, self.joints, effort)
+            self._now = self.bullet.advance(torque)
+            values = self.values()
         if not np.abs(values).max() < _RUNAWAY:  # NaN is not less either
-            self.place(before.q, [0.0] * 6)
+            self.place(before[:6], [0.0] * 6)
             raise FloatingPointError('the state of the arm ran away')
         return values, False, held
-
-    def _move(self, tau: list[float]) -> np.ndarray:
-        q, qd = self.bullet.advance(tau)
-        self.joints = Joints(q, qd)
-        return np.array(q + qd)
-
-    def _within(self, values: np.ndarray) -> bool:
-        limits = self.arm.limits
-        q, qd = values[:6], values[6:]
-        return bool(((limits.lower <= q) & (q <= limits.upper)
-                     & (np.abs(qd) <= limits.velocity)).all())
 
     def _beyond_a_stop(self, values: np.ndarray) -> bool:
         q, limits = values[:6], self.arm.limits
@@ -130,7 +125,7 @@ class Mechanics:
 
     def values(self) -> np.ndarray:
         """Return q and qd in one array, shape (12,)."""
-        return np.array(self.joints.q + self.joints.qd)
+        return np.array(self._now)
 
     def declared_gravity(self) -> np.ndarray:
         """Return g(q) of the arm record and its declared payload, in its own gravity [N m]."""

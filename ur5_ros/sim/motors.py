@@ -11,6 +11,9 @@ from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.scheme import NOBODY
 
 
+_FLOAT = np.dtype(np.float64)
+
+
 class Motors:
     """
     Torque within the limits of the arm, for one control period at a time.
@@ -49,14 +52,21 @@ class Motors:
             return command
         raise Refusal(f'command {command.tolist()}; give six finite torques [N m]')
 
+    def usual(self, command: np.ndarray) -> list[float] | None:
+        """Return a command that acts as it is, six torques; None where there is more to it."""
+        if self._excludes_gravity or type(command) is not np.ndarray or (
+                command.shape != (6,) or command.dtype != _FLOAT):
+            return None
+        tau = command.tolist()
+        return tau if all(map(le, map(abs, tau), self._strength)) else None  # no NaN is
+
     def obey(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the torque that a command becomes [N m] and the joints where it was clamped."""
         if self._excludes_gravity:
             command = command + self._mechanics.declared_gravity()
-        if all(map(le, map(abs, command.tolist()), self._strength)):
-            return command.copy(), NOBODY
         effort = np.minimum(np.maximum(command, -self._strongest), self._strongest)
-        return effort, effort != command
+        clamped = effort != command
+        return effort, clamped if clamped.any() else NOBODY
 
     def fall_back(self, mode: str) -> np.ndarray:
         """Return the torque of a fallback [N m]."""

@@ -123,21 +123,26 @@ class Plant:
 
         """
         clamped = held = NOBODY
-        ran_away, mechanics = False, self._mechanics
+        ran_away, mechanics, tau = False, self._mechanics, None
         if command is not None:
-            command = self._motors.read(command)
+            tau = self._motors.usual(command)
+            if tau is None:
+                command = self._motors.read(command)
         k = self.k
         if k == self._wrench_end:
             self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         if self._commands_delayed:
-            command = self._exchange(command)
+            command, tau = self._exchange(command), None
         if command is None or self.stopped:
-            effort = self._fall_back()
+            effort, tau = self._fall_back(), None
         else:
             if self._fallback:
                 self._tell_fallback('')
-            effort, clamped = self._motors.obey(command)
-        tau = effort.tolist()
+            if tau is None:
+                effort, clamped = self._motors.obey(command)
+            else:
+                effort = np.array(tau)
+        tau = tau or effort.tolist()
         for _ in range(self._substeps):
             try:
                 values, ordinary, at_stop = mechanics.advance(effort, tau)
