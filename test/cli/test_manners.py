@@ -1,10 +1,11 @@
 """Help fits a screen, errors fit a line, and the exit code says which kind of no it was."""
 
+import contextlib
 import os
 import pty
+import re
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -18,7 +19,7 @@ def test_help_of_every_command_fits_one_screen(ur5):
     assert all(f'\n  {command} ' in whole.out for command in COMMANDS)
     for text in (whole.out, *(ur5(command, '--help').out for command in COMMANDS)):
         lines = text.splitlines()
-        assert 4 < len(lines) <= 30
+        assert 4 < len(lines) <= 23, 'a terminal of 24 lines, and the prompt'
         assert max(map(len, lines)) <= 80
 
 
@@ -96,20 +97,46 @@ def test_a_help_screen_cut_by_head_is_no_error():
 def test_colours_appear_on_a_terminal_alone(ur5):
     plain = ur5('urdf', '--arm', 'ur6')
     assert '\x1b[' not in plain.err
+    assert '\x1b[31m' in on_a_terminal({}, 'urdf', '--arm', 'ur6')
+
+
+def test_no_color_is_respected_on_a_terminal(short_run, tmp_path):
+    coloured = on_a_terminal({}, 'validate', short_run)
+    plain = on_a_terminal({'NO_COLOR': '1'}, 'validate', short_run)
+    assert '\x1b[32m' in coloured and 'pass' in plain
+    assert not re.search(r'\x1b\[[\d;]*3\dm', plain)
+    assert '\x1b[' not in on_a_terminal({'NO_COLOR': '1'}, 'urdf', '--arm', 'ur6')
+
+
+def test_a_progress_bar_is_drawn_on_a_terminal_alone(ur5, short_run, tmp_path):
+    picture = 'from ur5_ros.cli.terminal import progress\nwith progress("drawing", 1.0): pass'
+    assert 'drawing' in on_a_terminal({}, script=picture)
+    piped = subprocess.run([sys.executable, '-c', picture], capture_output=True, text=True)
+    assert piped.stderr == piped.stdout == ''
+
+
+def on_a_terminal(more: dict, *arguments, script: str = '') -> str:
+    """Return what a command line, or a script, writes to a terminal."""
+    environment = {key: value for key, value in os.environ.items()
+                   if key not in ('NO_COLOR', 'FORCE_COLOR', 'CI')}
     reader, terminal = pty.openpty()
     child = subprocess.Popen(
-        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'urdf', '--arm', 'ur6'],
-        stderr=terminal, env={**os.environ, 'TERM': 'xterm'})
+        [sys.executable, '-c', script or 'from ur5_ros.cli import main; main()',
+         *map(str, arguments)], stdin=terminal, stdout=terminal, stderr=terminal,
+        env={**environment, 'TERM': 'xterm', **more})
+    os.close(terminal)
+    said = b''
     try:
-        assert child.wait(60) == 2
-        assert '\x1b[' in os.read(reader, 10_000).decode()
+        with contextlib.suppress(OSError):  # the other end is closed
+            while part := os.read(reader, 10_000):
+                said += part
+        child.wait(60)
     finally:
-        os.close(terminal)
         os.close(reader)
         if child.poll() is None:
             child.kill()
-            time.sleep(0)
             child.wait()
+    return said.decode()
 
 
 @pytest.mark.parametrize('shell', ['bash', 'zsh', 'fish'])
@@ -119,3 +146,32 @@ def test_completion_can_be_had_for_every_shell(shell):
          'main()'], capture_output=True, text=True,
         env={**os.environ, '_UR5_COMPLETE': f'source_{shell}'})
     assert done.returncode == 0 and 'ur5' in done.stdout, done.stderr
+
+
+@pytest.mark.parametrize(('typed', 'completed'), [
+    ('ur5 re', {'replay', 'resimulate', 'recontrol', 'recover', 'render'}),
+    ('ur5 validate --js', {'--json'}),
+    ('ur5 demo --arm ur5_', {'ur5_controller', 'ur5_description', 'ur5_kebria2016', 'ur5_real'}),
+    ('ur5 demo --experiment keb', {'kebria_fig11'}),
+])
+def test_a_bash_that_has_the_completion_completes(typed, completed, tmp_path):
+    command = tmp_path / 'ur5'
+    command.write_text(f'#!{sys.executable}\nfrom ur5_ros.cli import main\nmain()\n')
+    command.chmod(0o755)
+    script = (f'COMP_WORDS=({typed}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))\n'
+              'eval "$(_UR5_COMPLETE=source_bash ur5)"; _ur5_completion ur5\n'
+              'echo "${COMPREPLY[@]}"')
+    done = subprocess.run(
+        ['bash', '-c', script], capture_output=True, text=True,
+        env={**os.environ, 'PATH': f'{tmp_path}{os.pathsep}{os.environ["PATH"]}'})
+    assert set(done.stdout.split()) == completed, done.stderr
+
+
+@pytest.mark.parametrize('shell', ['zsh', 'fish'])
+def test_zsh_and_fish_are_answered_too(shell):
+    done = subprocess.run(
+        [sys.executable, '-c', 'import sys; sys.argv[0] = "ur5"\nfrom ur5_ros.cli import main\n'
+         'main()'], capture_output=True, text=True,
+        env={**os.environ, '_UR5_COMPLETE': f'complete_{shell}', '_TYPER_COMPLETE_ARGS':
+             'ur5 rec', '_TYPER_COMPLETE_FISH_ACTION': 'get-args'})
+    assert 'recover' in done.stdout and 'demo' not in done.stdout, done.stderr

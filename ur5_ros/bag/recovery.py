@@ -57,6 +57,15 @@ class Recovery(NamedTuple):
                      else f'mended: {self.out}')
         return lines
 
+    def to_dict(self) -> dict[str, object]:
+        """Return the report for JSON: ``bags`` by name, with problems and messages kept."""
+        return {
+            'format': 'ur5_ros recovery', 'version': 1, 'source': str(self.source),
+            'out': None if self.out is None else str(self.out),
+            'intact': self.intact,
+            'bags': {bag.name: {'problems': list(bag.problems), 'kept': dict(bag.kept)}
+                     for bag in self.bags}}
+
 
 def recover(path: Path | str, out: Path | str | None = None) -> Recovery:
     """

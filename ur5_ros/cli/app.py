@@ -1,5 +1,6 @@
 """Every command of ``ur5`` with its options; the work is imported when it is asked for."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -8,14 +9,27 @@ import typer
 app = typer.Typer(
     name='ur5', rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=True,
     context_settings={'help_option_names': ['-h', '--help'], 'max_content_width': 99},
-    help='Simulated torque control of UR arms in ROS 2, with evidence. Exit codes: 0 yes; '
-         '1 judged and failed, or different; 2 bad input; 3 done, with loss.')
+    help='Torque control of simulated UR arms. Exit 0 yes, 1 no, 2 bad input, 3 loss.')
+
+
+def _names(kind: str) -> Callable[[str], list[str]]:
+    """Return what completes a name of config/``kind``; file names are left to the shell."""
+    def complete(incomplete: str) -> list[str]:
+        from ur5_ros.config.strict_yaml import config_folder
+        names = sorted(path.stem for path in (config_folder() / kind).glob('*.yaml'))
+        return [name for name in names if name.startswith(incomplete)]
+    return complete
+
+
+_arms, _experiments = _names('arms'), _names('experiments')
 
 Run = Annotated[Path, typer.Argument(metavar='RUN', help='Run folder.', show_default=False)]
 ArmName = Annotated[str | None, typer.Option(
-    '--arm', metavar='NAME', help='Arm of the simulator, where the bag does not say.')]
+    '--arm', metavar='NAME', autocompletion=_arms,
+    help='Arm of the simulator, where the bag does not say.')]
 ControlArm = Annotated[str | None, typer.Option(
-    '--control-arm', metavar='NAME', help="The law's arm, where the bag does not say.")]
+    '--control-arm', metavar='NAME', autocompletion=_arms,
+    help="The law's arm, where the bag does not say.")]
 Json = Annotated[Path | None, typer.Option('--json', metavar='FILE', help='Result as JSON.')]
 Html = Annotated[Path | None, typer.Option('--html', metavar='FILE', help='Report, one file.')]
 
@@ -39,11 +53,14 @@ def _options(
 @app.command()
 def demo(
     experiment: Annotated[str, typer.Option(
-        metavar='NAME', help='Experiment: a name of config/experiments or a file.',
+        metavar='NAME', autocompletion=_experiments,
+        help='Experiment: a name of config/experiments or a file.',
     )] = 'kebria_fig11',
-    arm: Annotated[str, typer.Option(metavar='NAME', help='Arm to simulate.')] = 'ur5',
+    arm: Annotated[str, typer.Option(
+        metavar='NAME', autocompletion=_arms, help='Arm to simulate.')] = 'ur5',
     control_arm: Annotated[str | None, typer.Option(
-        metavar='NAME', help="The law's arm; another one is the robustness experiment.")] = None,
+        metavar='NAME', autocompletion=_arms,
+        help="The law's arm; another one is the robustness experiment.")] = None,
     control_rate: Annotated[int, typer.Option(metavar='HZ', help='Control periods a second.')]
     = 1000,
     run: Annotated[Path | None, typer.Option(
@@ -123,8 +140,8 @@ def import_(
     log: Annotated[Path, typer.Argument(metavar='LOG.csv[.gz]', show_default=False)],
     out: Annotated[Path, typer.Option(
         '--out', metavar='RUN', help='Run folder to write.', show_default=False)],
-    arm: Annotated[str, typer.Option(metavar='NAME', help='Arm that the log is of.')]
-    = 'ur5_controller',
+    arm: Annotated[str, typer.Option(
+        metavar='NAME', autocompletion=_arms, help='Arm that the log is of.')] = 'ur5_controller',
 ) -> int:
     """Turn a robot's own log into a bag."""
     from ur5_ros.cli import bags
@@ -151,10 +168,11 @@ def recover(
     run: Run,
     out: Annotated[Path | None, typer.Option(
         '-o', '--out', metavar='FOLDER', help='Where to write; RUN.recovered by default.')] = None,
+    json: Json = None,
 ) -> int:
     """Mend a bag that a crash left; the original stays."""
     from ur5_ros.cli import bags
-    return bags.recover(run, out)
+    return bags.recover(run, out, json)
 
 
 @app.command()
@@ -195,16 +213,17 @@ def view(
 def render(
     run: Run,
     out: Annotated[Path, typer.Option(
-        '-o', '--out', metavar='FILE', help='.mp4 or .png.', show_default=False)],
+        '-o', '--out', metavar='FILE', help='.png, .mp4 or .gif.', show_default=False)],
 ) -> int:
-    """Make a video or a picture, off screen."""
+    """Make a picture, a video or an animation, off screen."""
     from ur5_ros.cli import pictures
     return pictures.render(run, out)
 
 
 @app.command()
 def urdf(
-    arm: Annotated[str, typer.Option(metavar='NAME', help='Arm: a name or a file.')] = 'ur5',
+    arm: Annotated[str, typer.Option(
+        metavar='NAME', autocompletion=_arms, help='Arm: a name or a file.')] = 'ur5',
     tf_prefix: Annotated[str, typer.Option(metavar='TEXT', help='Put before every name.')] = '',
 ) -> int:
     """Print the URDF that everything uses, made from the arm file."""

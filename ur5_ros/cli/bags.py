@@ -1,5 +1,6 @@
 """Commands on bags: replay, import, recover."""
 
+import json as json_format
 from pathlib import Path
 
 from ur5_ros.cli.exit_codes import WITH_LOSS, YES
@@ -25,12 +26,14 @@ def replay(
     return YES
 
 
-def recover(run: Path, out: Path | None) -> int:
+def recover(run: Path, out: Path | None, json: Path | None) -> int:
     """Mend a bag; exit 3 when something of it is lost for good."""
     from ur5_ros.bag.recovery import recover as mend
     found = mend(run, out)
     for sentence in found.sentences():
         print(sentence)
+    if json is not None:
+        json.write_text(json_format.dumps(found.to_dict(), indent=2) + '\n', encoding='utf-8')
     return YES if found.intact else WITH_LOSS
 
 

@@ -5,6 +5,7 @@ import sys
 from typing import Any
 
 import typer
+from typer.main import get_command
 
 from ur5_ros.cli.app import app
 from ur5_ros.cli.exit_codes import BAD_INPUT, INTERRUPTED, YES
@@ -30,7 +31,7 @@ def run(arguments: list[str]) -> int:
 
     """
     try:
-        code = app(args=arguments, prog_name='ur5', standalone_mode=False)
+        code = _command()(args=arguments, prog_name='ur5', standalone_mode=False)
         sys.stdout.flush()
         if code == INTERRUPTED:  # typer makes this of a KeyboardInterrupt
             return _complain('interrupted', INTERRUPTED)
@@ -58,9 +59,20 @@ def run(arguments: list[str]) -> int:
         return _complain(f'{where}{error.strerror or error}', BAD_INPUT)
 
 
+def _command() -> Any:
+    """Return the whole command; what prints the completion is there, and takes no line of help."""
+    command = get_command(app)
+    for option in command.params:
+        if option.name == 'show_completion':
+            option.hidden = True  # type: ignore[attr-defined]
+        elif option.name == 'install_completion':
+            option.help = 'Install completion for this shell.'  # type: ignore[attr-defined]
+    return command
+
+
 def _complain(text: str, code: int) -> int:
     line = ' '.join(text.split())
-    if sys.stderr.isatty():
+    if sys.stderr.isatty() and not os.environ.get('NO_COLOR'):
         line = f'\x1b[31mur5:\x1b[0m {line}'
     else:
         line = f'ur5: {line}'

@@ -3,13 +3,15 @@
 import contextlib
 import io
 import json
-import tempfile
+import os
 from pathlib import Path
+from typing import Any
 
 import viser
 from viser import infra
 
-View = tuple[tuple[float, ...], tuple[float, ...]]
+Point = tuple[float, float, float]
+View = tuple[Point, Point]
 
 HERE = Path(__file__).resolve().parent
 
@@ -30,13 +32,10 @@ class Server:
     """
 
     def __init__(self, title: str, port: int, wide: View, upright: View):
-        self._folder = tempfile.TemporaryDirectory(prefix='ur5_view_')
-        page = Path(self._folder.name)
-
         def serve(*, http_server_root: Path, **more) -> infra.WebsockServer:
             text = (http_server_root / 'index.html').read_text(encoding='utf-8')
-            (page / 'index.html').write_text(completed(text, upright), encoding='utf-8')
-            return infra_server(http_server_root=page, **more)
+            folder: Any = _Folder(completed(text, upright).encode())
+            return infra_server(http_server_root=folder, **more)
 
         # viser lets nobody name another page, so its server is given one while it is made
         infra_server = infra.WebsockServer
@@ -54,7 +53,22 @@ class Server:
         """Stop serving."""
         with contextlib.redirect_stdout(io.StringIO()):
             self.viser.stop()
-        self._folder.cleanup()
+
+
+class _Folder:
+    """A folder with one page, as far as viser's file server asks: nothing to leave on a disk."""
+
+    def __init__(self, page: bytes):
+        self._page = page
+
+    def __truediv__(self, name: str) -> Any:
+        return self if name == 'index.html' else Path(os.devnull) / name
+
+    def is_file(self) -> bool:
+        return True
+
+    def read_bytes(self) -> bytes:
+        return self._page
 
 
 def completed(page: str, upright: View) -> str:

@@ -63,8 +63,8 @@ class Page:
 
 
 def _scaled(view: View, length: float) -> View:
-    position, target = (tuple(length * value for value in point) for point in view)
-    return position, target
+    (x, y, z), (u, v, w) = view
+    return (length * x, length * y, length * z), (length * u, length * v, length * w)
 
 
 def numbers(track: Track, row: int) -> str:
