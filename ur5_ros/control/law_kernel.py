@@ -9,7 +9,7 @@ from math import fabs
 
 import numpy as np
 
-from ur5_ros.model.compiled import R1, R2, W1, W2, kernel
+from ur5_ros.model.compiled import R1, R2, W2, kernel
 from ur5_ros.model.dynamics_kernels import terms_of_state
 from ur5_ros.model.lanes import put
 
@@ -22,11 +22,13 @@ LOWER, UPPER, SPEED, EFFORT, JUMP, BOUNDS = 0, 6, 12, 18, 24, 25
 #: Bounds that everything finite keeps.
 UNBOUNDED = np.concatenate([np.full(6, -np.inf), np.full(19, np.inf)])
 
-#: Where the working space holds the model's angles, M and C; and how long it is.
-ANGLES, INERTIA, VELOCITY, WORK = 0, 6, 42, 78
+#: Rows of the working space: the model's angles, M, C; and its shape.  Rows, as ``reshape`` in
+#: compiled code loads more of Numba at every start.
+ANGLES, INERTIA, VELOCITY, END = 0, 1, 7, 13
+WORK = (END, 6)
 
 
-@kernel(R1, R1, R1, R1, R1, R1, R1, R1, R2, R2, R1, W1, W2)
+@kernel(R1, R1, R1, R1, R1, R1, R1, R1, R2, R2, R1, W2, W2)
 def law(q, qd, q_before, q_wanted, qd_wanted, qdd_wanted, k, offset, kp, kd, bounds, work, torque):
     """
     Write M qdd*, M (-Kd e' - Kp e), C qd, g and their sum as rows of ``torque``, (5, 6).
@@ -39,11 +41,10 @@ def law(q, qd, q_before, q_wanted, qd_wanted, qdd_wanted, k, offset, kp, kd, bou
                 and bounds[LOWER + i] <= q[i] <= bounds[UPPER + i]
                 and fabs(qd[i]) <= bounds[SPEED + i]):
             return 1
-        work[ANGLES + i] = q[i] + offset[i]
-    m = work[INERTIA:VELOCITY].reshape((6, 6))
-    c = work[VELOCITY:WORK].reshape((6, 6))
+        work[ANGLES, i] = q[i] + offset[i]
+    m, c = work[INERTIA:VELOCITY], work[VELOCITY:END]
     g, correction = torque[GRAVITY], torque[TOTAL]
-    terms_of_state(work[ANGLES:INERTIA], qd, k, m, c, g, 0, np.intp(1), put)
+    terms_of_state(work[ANGLES], qd, k, m, c, g, 0, np.intp(1), put)
     for i in range(6):
         correction[i] = 0.0
         for j in range(6):
