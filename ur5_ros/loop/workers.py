@@ -48,7 +48,7 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
         If the number is less than one.
 
     """
-    logging.getLogger('distributed').setLevel(logging.CRITICAL)
+    _silence()
     if scheduler is not None:
         yield scheduler
         return
@@ -153,6 +153,14 @@ def spread(
         more = list(islice(items, size))
         if more:
             ended.add(submit(more))
+
+
+def _silence() -> None:
+    """Keep Dask from telling on the console what is told here in one line, or mended."""
+    names = [name for name in logging.root.manager.loggerDict
+             if name.partition('.')[0] in ('distributed', 'tornado', 'asyncio')]
+    for name in ('distributed', 'tornado', 'asyncio', *names):  # Dask gives some a level each
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def _on_one_thread(function: Callable[..., list[Result]], *arguments: Any) -> list[Result]:
