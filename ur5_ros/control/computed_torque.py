@@ -50,7 +50,7 @@ def computed_torque(
 
     """
     torque = np.empty((5, 6))
-    given = (state.q, state.qd, state.q, *reference)
+    given: tuple[np.ndarray, ...] = (state.q, state.qd, state.q, *reference)
     beside = (arm.constants, arm.angle_offset, gains.kp, gains.kd, law_kernel.UNBOUNDED,
               np.empty(law_kernel.WORK))
     try:

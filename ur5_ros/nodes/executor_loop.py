@@ -35,7 +35,8 @@ class ExecutorLoop:
         """Whether a watched service may have a request: always, as nobody knows."""
         self._executor = SingleThreadedExecutor(context=node.context)
 
-    def subscribe(self, message_type: type, topic: str, qos: QoSProfile) -> int:
+    def subscribe(self, message_type: type, topic: str, qos: QoSProfile,
+                  *, hot: bool = False) -> int:
         """Subscribe; return the number under which messages come."""
         index = self._count
         self._count += 1

@@ -16,6 +16,9 @@ Message = tuple[int, bytes]
 #: How often it is looked whether anybody hears what only onlookers subscribe to [s].
 LOOK = 0.02
 
+#: While nothing but hot messages come, all else is looked after this often [s].
+BRIEF = 0.01
+
 
 class ReservedGroup(CallbackGroup):
     """The callback group that no executor may touch: its messages belong to the loop."""
@@ -61,9 +64,18 @@ class WaitSetLoop:
         """Whether a watched service may have a request since the last wait."""
         self._guard = node.create_guard_condition(_nothing, self._group)
         self._wait_set: Any = None
+        self._hot: list[int] = []
+        self._brief_until = 0.0
 
-    def subscribe(self, message_type: type, topic: str, qos: QoSProfile) -> int:
-        """Subscribe, before the first wait; return the number under which messages come."""
+    def subscribe(self, message_type: type, topic: str, qos: QoSProfile,
+                  *, hot: bool = False) -> int:
+        """
+        Subscribe, before the first wait; return the number under which messages come.
+
+        Hot is what comes every period; all else waits for :data:`BRIEF` at most.
+        """
+        if hot:
+            self._hot.append(len(self._subscriptions))
         self._subscriptions.append(self._node.create_subscription(
             message_type, topic, _nothing, qos, callback_group=self._group, raw=True))
         return len(self._subscriptions) - 1
@@ -121,26 +133,34 @@ class WaitSetLoop:
         -------
         list of (int, bytes)
             At most one message of each subscription that has any; the next wait returns at once
-            if there are more.
+            if there are more of the hot ones.
 
         """
         wait_set = self._wait_set or self._arm()
+        handles, indices, brief = self._handles, self._indices, False
+        rest = self._brief_until - time.monotonic()
+        if rest > 0.0:  # the loop is running: every entity in a wait costs it microseconds
+            handles, indices, brief = self._hot_handles, self._hot_indices, True
+            seconds = min(seconds, rest)
         wait_set.clear_entities()
-        for handle in self._handles:
+        for handle in handles:
             wait_set.add_subscription(handle)
-        for handle in self._service_handles:
-            wait_set.add_service(handle)
+        if not brief:
+            for handle in self._service_handles:
+                wait_set.add_service(handle)
         wait_set.add_guard_condition(self._guard_handle)
         wait_set.wait(int(seconds * 1e9))
-        if self._service_handles:
-            self.asked = any(wait_set.is_ready('service', index)
-                             for index in range(len(self._service_handles)))
         messages = []
-        for index in self._indices:
-            if wait_set.is_ready('subscription', index):
+        for place, index in enumerate(indices):
+            if wait_set.is_ready('subscription', place):
                 taken = self._takes[index](self._types[index], True)
                 if taken is not None:
                     messages.append((index, taken[0]))
+        if not brief:
+            self.asked = any(wait_set.is_ready('service', index)
+                             for index in range(len(self._service_handles)))
+            if messages and not self.asked and all(index in self._hot for index, _ in messages):
+                self._brief_until = time.monotonic() + BRIEF
         return messages
 
     def take(self) -> list[Message]:
@@ -159,7 +179,9 @@ class WaitSetLoop:
         self._handles = [each.handle for each in self._subscriptions]
         self._takes = [each.take_message for each in self._handles]
         self._types = [each.msg_type for each in self._subscriptions]
-        self._indices = range(len(self._handles))
+        self._indices = list(range(len(self._handles)))
+        self._hot_indices = self._hot
+        self._hot_handles = [self._handles[index] for index in self._hot]
         self._service_handles = [each.handle for each in self._services]
         self._guard_handle = self._guard.handle
         self._wait_set = _rclpy.WaitSet(

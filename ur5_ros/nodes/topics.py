@@ -82,7 +82,7 @@ class Topics:
         """Subscribe; return the number under which messages come and that to record them under."""
         record = self._record(role, topic, message_type, qos)
         self.heard[self.names[role]] = (type_name(message_type), qos.reliability)
-        return self._loop.subscribe(message_type, topic, qos), record
+        return self._loop.subscribe(message_type, topic, qos, hot=qos is HOT), record
 
     def _record(self, role: str, topic: str, message_type: type, qos: QoSProfile) -> int:
         self.names[role] = self._node.resolve_topic_name(topic)
