@@ -72,7 +72,8 @@ class Scorecard:
             'Made by `make faults` from the tests themselves.', '',
             f'- rows of the catalogue: {len(rows)}; with a test: {len(tests)}; '
             f'not applicable: {len(absent)}',
-            f'- fault tests run: {len(tried)}; survived: {len(survived)}',
+            f'- fault tests run: {len(tried)}; survived: {len(survived)}; '
+            f'failed: {len(tried) - len(survived)}',
             *self._worst(), '',
         ]
         for group in dict.fromkeys(row['group'] for row in rows.values()):
@@ -85,12 +86,15 @@ class Scorecard:
         return '\n'.join(lines)
 
     def _worst(self) -> list[str]:
+        """Return the greatest of each figure, the sum of those that are named ``, in all``."""
         worst: dict[str, float] = {}
         for figures in self.figures.values():
             for name, value in figures:
                 if isinstance(value, int | float):
-                    worst[name] = max(value, worst.get(name, value))
-        return [f'- {name}: {value:.4g}' for name, value in sorted(worst.items())]
+                    worst[name] = (worst.get(name, 0) + value if name.endswith(', in all')
+                                   else max(value, worst.get(name, value)))
+        return [f'- {name}: ' + format(value, ',' if value == int(value) else '.4g')
+                for name, value in sorted(worst.items())]
 
     def _line(self, number: int, row: dict[str, str], tests: list[str]) -> str:
         if 'not_applicable' in row:

@@ -224,7 +224,9 @@ class Observer:
         """Call a service and return the future of its response."""
         client = self._clients.get(name)
         if client is None:
-            client = self._clients[name] = self.node.create_client(service_type, name)
+            # rclpy's own depth is ten: a flood of calls, or its answers, would lose the oldest
+            client = self._clients[name] = self.node.create_client(
+                service_type, name, qos_profile=QoSProfile(depth=100))
             wait_until(client.service_is_ready, f'service {name}')
             # the server may know less of us than we of it, and nobody can ask it: an answer that
             # finds no reader is dropped

@@ -4,9 +4,13 @@ import json
 import os
 
 import pytest
+from long_run import LongRun
 from ros_processes import ros_domain
 
 from ur5_ros.bag.reader import open_bag
+
+#: The test that judges it.
+LONG_RUN = 'test_over_many_periods'
 
 
 @pytest.fixture
@@ -16,10 +20,29 @@ def ros(tmp_path):
         yield domain
 
 
-@pytest.fixture
-def often():
-    """How many times more than in `make test`: `make faults` sets UR5_ROS_THOROUGH."""
-    return 10 if os.environ.get('UR5_ROS_THOROUGH') else 1
+@pytest.fixture(scope='session')
+def times():
+    """Return how many times: ``times(quick, thorough)``; `make faults` sets UR5_ROS_THOROUGH."""
+    return lambda quick, thorough: thorough if os.environ.get('UR5_ROS_THOROUGH') else quick
+
+
+@pytest.fixture(scope='session', autouse=True)
+def long_run(request, times, tmp_path_factory):
+    """A long run in lockstep; `make faults` lets it run beside the other tests."""
+    if not any(item.name.startswith(LONG_RUN) for item in request.session.items):
+        yield None
+        return
+    folder = tmp_path_factory.mktemp('long_run')
+    run = LongRun(folder, times(20_000, 1_000_000))
+    if times(False, True):
+        run.start()
+    yield run
+    run.close()
+
+
+def pytest_collection_modifyitems(items):
+    """Put the long run last."""
+    items.sort(key=lambda item: item.name.startswith(LONG_RUN))
 
 
 @pytest.fixture

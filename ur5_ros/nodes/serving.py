@@ -9,11 +9,15 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
 from ur5_ros.errors import Refusal
 
 #: Wall time that the loop has to do what a service asks [s].
 PATIENCE = 10.0
+
+#: Requests and answers of a service that may wait: a flood of rclpy's ten would lose the oldest.
+REQUESTS = QoSProfile(depth=100)
 
 
 class LoopRequests:
@@ -160,4 +164,4 @@ def add_service(
             response.success, response.message = False, str(error)
         return response
 
-    node.create_service(service_type, name, handle)
+    node.create_service(service_type, name, handle, qos_profile=REQUESTS)

@@ -10,7 +10,7 @@ from std_srvs.srv import SetBool, Trigger
 from ur5_ros.config import SIM_PARAMETERS
 from ur5_ros.nodes.hot_loop import ReservedGroup
 from ur5_ros.nodes.parameters import serve
-from ur5_ros.nodes.serving import add_service
+from ur5_ros.nodes.serving import REQUESTS, add_service
 from ur5_ros.nodes.simulation import Simulation
 from ur5_ros.nodes.simulation_interfaces import offer_standard_services
 
@@ -76,7 +76,7 @@ class StepQueue:
         """
         service = self._node.create_service(
             service_type, name, lambda request, response: response,
-            callback_group=ReservedGroup())
+            qos_profile=REQUESTS, callback_group=ReservedGroup())
         self._loop.watch_service(service)
         self._services.append((service, steps_of, fill))
 
