@@ -17,6 +17,7 @@ from ur5_ros.sim.command_gate import CommandGate
 from ur5_ros.sim.plant import plant_from_parameters
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.fault(1, 2, 3, 5, 6, 7, 8, 9, 10, 18, 22, 64)
 def test_no_command_brings_the_plant_out_of_the_finite(times, record_property):
     dice, now = random.Random(1), [0.0]
@@ -55,6 +56,7 @@ def test_no_command_brings_the_plant_out_of_the_finite(times, record_property):
     assert min(refused, taken) > count // 20
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.fault(19, 20, 21, 57)
 def test_no_state_brings_an_answer_that_is_not_finite(times, record_property):
     dice = random.Random(2)

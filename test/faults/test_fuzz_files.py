@@ -22,6 +22,7 @@ from ur5_ros.signals import JOINT_NAMES
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.fault(31, 38, 39, 40, 41, 42, 44, 45)
 def test_no_mutilated_file_gets_past_its_reader(times, tmp_path, record_property):
     dice = random.Random(4)
@@ -80,6 +81,7 @@ def mutilate(text: str, dice: random.Random) -> str:
     return text
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.fault(69, 70, 71, 73)
 def test_no_mutilated_bag_is_believed(times, tmp_path, record_property):
     dice = random.Random(5)

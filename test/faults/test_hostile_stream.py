@@ -17,6 +17,7 @@ from ur5_ros.config import load_arm
 AT_ONCE = 5
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.fault(1, 2, 3, 5, 6, 7, 9, 10, 17, 18, 22, 83)
 def test_hostile_commands_through_the_middleware_are_judged_one_by_one(
         ros, times, record_property):

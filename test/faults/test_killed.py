@@ -133,6 +133,7 @@ def test_a_killed_simulator_is_reported_and_a_new_one_is_served(ros):
     assert np.abs([state.velocity for state in states[old:]]).max() < 1.2
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.fault(49)
 def test_after_kill_9_no_more_than_the_last_tenth_of_a_second_is_lost(
         ros, times, record_property):
@@ -159,6 +160,7 @@ def test_after_kill_9_no_more_than_the_last_tenth_of_a_second_is_lost(
     assert max(lost) <= 0.1
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.fault(48)
 @pytest.mark.parametrize('phase', ['start-up', 'running', 'twice', 'both nodes'])
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

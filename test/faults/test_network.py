@@ -52,6 +52,7 @@ def goes_on(states, periods=200):
     assert np.abs(states[-1].velocity).max() < 2.0
 
 
+@pytest.mark.timeout(3600)
 @pytest.mark.fault(17, 18, 22, 83)
 def test_a_flood_of_garbage_on_every_input_leaves_the_loop_alone(
         ros, times, record_property):
