@@ -64,7 +64,8 @@ def test_a_cut_run_is_judged_as_far_as_it_goes_and_mended(ur5, cut_run, tmp_path
     mended = ur5('recover', 'cut', '-o', 'mended', '--json', 'mended.json')
     assert mended.code == 3, mended
     said = json.loads((tmp_path / 'mended.json').read_text())
-    assert said['intact'] is False and said['out'] == 'mended' and said['bags']['sim']['problems']
+    assert said['intact'] is False and said['bags']['sim']['problems']
+    assert said['out'].endswith('mended')
     assert {path: path.read_bytes() for path in cut_run.rglob('*.mcap')} == before
     bag = open_bag(tmp_path / 'mended' / 'sim')
     assert bag.check() == []

@@ -49,16 +49,37 @@ class Camera:
         self._joints = moving
 
     def picture(self, q: np.ndarray) -> np.ndarray:
-        """Return the arm at ``q`` [rad] as an image (height, width, 3) of bytes."""
+        """Return the arm at ``q`` [rad] on white as an image (height, width, 3) of bytes."""
+        cut = self.cutout(q)
+        return np.where(cut[..., 3:] > 0, cut[..., :3], np.uint8(255))
+
+    def cutout(self, q: np.ndarray) -> np.ndarray:
+        """
+        Return the arm without any ground.
+
+        Parameters
+        ----------
+        q : numpy.ndarray, shape (6,)
+            Joint positions [rad].
+
+        Returns
+        -------
+        numpy.ndarray, shape (height, width, 4)
+            Bytes of red, green and blue, and 255 where the arm is, 0 elsewhere.
+
+        """
         for joint, angle in zip(self._joints, q, strict=True):
             pybullet.resetJointState(self._body, joint, float(angle),
                                      physicsClientId=self._client)
-        _, _, pixels, _, _ = pybullet.getCameraImage(
-            self.width, self.height, self._view, self._projection, shadow=1,
-            lightDirection=(0.6, 1.0, 2.0), lightDistance=3.0, lightAmbientCoeff=0.65,
+        # no shadows: the renderer throws an arm's shadow on itself in ragged patches
+        _, _, pixels, _, body = pybullet.getCameraImage(
+            self.width, self.height, self._view, self._projection, shadow=0,
+            lightDirection=(0.6, 1.0, 2.0), lightDistance=3.0, lightAmbientCoeff=0.6,
             lightDiffuseCoeff=0.5, lightSpecularCoeff=0.1,
             renderer=pybullet.ER_TINY_RENDERER, physicsClientId=self._client)
-        return np.asarray(pixels, dtype=np.uint8).reshape(self.height, self.width, 4)[..., :3]
+        cut = np.array(pixels, dtype=np.uint8).reshape(self.height, self.width, 4)
+        cut[..., 3] = np.where(np.reshape(body, cut.shape[:2]) >= 0, 255, 0)
+        return cut
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """Return where points (n, 3) [m] in ``base_link`` stand in the picture: (n, 2) [px]."""

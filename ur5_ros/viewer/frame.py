@@ -10,6 +10,7 @@ MEASURED, WANTED = (31, 119, 180), (230, 97, 1)
 COLOURS = ((76, 120, 168), (228, 87, 86), (84, 162, 75), (245, 133, 24), (178, 121, 162),
            (114, 183, 178))
 INK, FAINT, PAPER = (40, 40, 40), (205, 205, 205), (255, 255, 255)
+FLOOR = (214, 217, 221)
 NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
 
 
@@ -25,16 +26,20 @@ class Frames:
         Takes the upper part of the picture.
     strips : int
         Height of the lower part [pixels].
+    fine : int
+        Pixels of the camera along each side of one of the picture; 2 makes edges smooth.
 
     """
 
-    def __init__(self, track: Track, camera: Camera, strips: int):
-        self._track, self._camera, self._strips = track, camera, strips
-        self._measured = camera.pixels(track.tool)
-        self._wanted = camera.pixels(track.wanted)
-        self._size = max(10, camera.height // 34)
+    def __init__(self, track: Track, camera: Camera, strips: int, fine: int = 1):
+        self._track, self._camera, self._strips, self._fine = track, camera, strips, fine
+        self._width, self._height = camera.width // fine, camera.height // fine
+        self._measured = camera.pixels(track.tool) / fine
+        self._wanted = camera.pixels(track.wanted) / fine
+        self._size = max(10, self._height // 34)
         self._font = ImageFont.load_default(self._size)
-        self._charts = Image.new('RGB', (camera.width, strips), PAPER)
+        self._ground = self._floor()
+        self._charts = Image.new('RGB', (self._width, strips), PAPER)
         self._inside = []
         draw = ImageDraw.Draw(self._charts)
         columns = (('torque [N m]', track.effort), ('joint error [mrad]', 1e3 * track.error),
@@ -44,29 +49,42 @@ class Frames:
 
     def frame(self, row: int) -> np.ndarray:
         """Return one row as an image (height, width, 3) of bytes."""
-        track, camera = self._track, self._camera
-        whole = Image.new('RGB', (camera.width, camera.height + self._strips), PAPER)
-        whole.paste(Image.fromarray(camera.picture(track.q[row])), (0, 0))
+        track, width, height = self._track, self._width, self._height
+        whole = Image.new('RGB', (width, height + self._strips), PAPER)
+        whole.paste(self._ground, (0, 0))
+        arm = Image.fromarray(self._camera.cutout(track.q[row])).reduce(self._fine)
+        whole.paste(arm, (0, 0), arm)
         draw = ImageDraw.Draw(whole)
         self._path(draw, self._wanted, WANTED)
         self._path(draw, self._measured[:row + 1], MEASURED)
         said = f't = {track.t[row]:6.2f} s'
         if np.isfinite(track.tool_error[row]):
             said += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
-        edge = camera.height // 40
+        edge = height // 40
         draw.text((edge, edge), said, INK, self._font)
         line = 1.5 * self._size
         draw.text((edge, edge + line), 'wanted', WANTED, self._font)
         draw.text((edge + 5 * self._size, edge + line), 'measured', MEASURED, self._font)
         for i, (name, colour) in enumerate(zip(NAMES, COLOURS, strict=True)):
-            draw.text((camera.width - edge, edge + i * line), name, colour, self._font,
+            draw.text((width - edge, edge + i * line), name, colour, self._font,
                       anchor='ra')
-        whole.paste(self._charts, (0, camera.height))
+        whole.paste(self._charts, (0, height))
         for left, top, right, bottom in self._inside:
             share = track.t[row] / max(track.t[-1], 1e-9)
             x = left + share * (right - left)
-            draw.line([(x, camera.height + top), (x, camera.height + bottom)], INK, 1)
+            draw.line([(x, height + top), (x, height + bottom)], INK, 1)
         return np.asarray(whole)
+
+    def _floor(self) -> Image.Image:
+        """Return squares of a quarter of a metre on the floor, seen by the camera."""
+        floor = Image.new('RGB', (self._width, self._height), PAPER)
+        draw = ImageDraw.Draw(floor)
+        lines = np.arange(-4, 5) * 0.25
+        for at in lines:
+            for ends in ([[at, -1, 0], [at, 1, 0]], [[-1, at, 0], [1, at, 0]]):
+                spots = self._camera.pixels(np.array(ends, dtype=float)) / self._fine
+                draw.line([tuple(spot) for spot in spots.tolist()], FLOOR, 1)
+        return floor
 
     @staticmethod
     def _path(draw: ImageDraw.ImageDraw, points: np.ndarray, colour: tuple) -> None:
@@ -77,7 +95,7 @@ class Frames:
     def _chart(self, draw: ImageDraw.ImageDraw, i: int, title: str, values: np.ndarray) -> tuple:
         """Draw the curves of one strip; return its inside (left, top, right, bottom)."""
         size = self._size
-        width = self._camera.width / 3
+        width = self._width / 3
         left, right = i * width + 3.2 * size, (i + 1) * width - 0.6 * size
         top, bottom = 1.8 * size, self._strips - 0.7 * size
         known = values[np.isfinite(values)]
