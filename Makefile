@@ -72,7 +72,7 @@ bench: setup-all  ## figures as ratios to references measured in the same run
 	$(BIN)/python benchmarks/table.py; [ -z "$${failed:-}" ] || { echo "Not met or not run:$$failed"; exit 1; }
 
 faults: setup-all  ## every fault of the catalogue, and the scorecard
-	UR5_ROS_THOROUGH=1 $(PYTEST) -q -m fault --scorecard docs/faults.md $(ARGS) </dev/null
+	UR5_ROS_THOROUGH=1 $(PYTEST) test -q -m fault --scorecard=docs/faults.md $(ARGS) </dev/null
 
 soak: setup-all  ## an hour under watch: memory, lateness, bags (ARGS="--minutes 5")
 	$(BIN)/python benchmarks/soak.py $(ARGS)
