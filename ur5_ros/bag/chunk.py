@@ -2,7 +2,7 @@
 
 import zlib
 from collections.abc import Iterator, Sequence
-from itertools import accumulate, repeat
+from itertools import repeat
 from struct import Struct
 from typing import NamedTuple
 
@@ -59,6 +59,10 @@ def cut(messages: Sequence[Message], size: int = CHUNK_SIZE) -> Iterator[Sequenc
         At a message that is larger than MAX_MESSAGE.
 
     """
+    if len(messages) * MESSAGE.size + sum([len(message[3]) for message in messages]) <= size:
+        if messages:  # what a loop leaves in one flush: the lock it waits for is held less long
+            yield messages
+        return
     begin = used = 0
     for at, message in enumerate(messages):
         length = len(message[3]) + MESSAGE.size
@@ -106,9 +110,9 @@ def pack_chunk(definitions: bytes, messages: Sequence[Message]) -> PackedChunk:
 
     entries = np.empty(len(data), INDEX_ENTRY)
     entries['log_time'] = log_times
-    entries['offset'] = np.fromiter(
-        accumulate(lengths, lambda at, length: at + MESSAGE.size + length,
-                   initial=len(definitions)), np.uint64, len(data) + 1)[:-1]
+    ends = np.cumsum(np.array(lengths, np.uint64) + MESSAGE.size)
+    entries['offset'][0] = len(definitions)
+    entries['offset'][1:] = ends[:-1] + len(definitions)
     of_channel = np.array(channels)
     indexes, counts = {}, {}
     for channel in sorted(set(channels)):
