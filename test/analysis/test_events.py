@@ -73,3 +73,4 @@ def test_a_joint_at_its_stop(stepped):
     assert result.check('limits').verdict == 'fail'
     assert 'wrist_3_joint position' in result.check('limits').sentence
     assert result.check('residual, simulator arm').value < 1e-9
+    assert result.check('passivity').verdict == result.check('energy balance').verdict == 'pass'

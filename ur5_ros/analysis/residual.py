@@ -7,6 +7,7 @@ import numpy as np
 from ur5_ros.analysis.scheme import Scheme, predict
 from ur5_ros.analysis.series import Run
 from ur5_ros.model.dynamics import inertia_matrix, inverse_dynamics
+from ur5_ros.model.parameters import ArmParameters
 
 #: Rows that one pass takes, so that memory stays flat.
 CHUNK = 16384
@@ -64,7 +65,7 @@ def residual(run: Run, plan: list[tuple[int, Scheme]]) -> Residual:
 
 def _defects(scheme, q, qd, effort, q_next, qd_next, run):
     """Return torque and position defect of these periods, each of shape (n, 6)."""
-    h, n, limits = 1.0 / run.physics_rate, run.substeps, scheme.arm.limits
+    h, n = 1.0 / run.physics_rate, run.substeps
     angles = q + scheme.arm.angle_offset
     if n == 1:
         torque = inverse_dynamics(angles, qd, (qd_next - qd) / h, scheme.arm) - effort
@@ -76,9 +77,13 @@ def _defects(scheme, q, qd, effort, q_next, qd_next, run):
         gap = (qd_next - qd_end) / (n * h)
         torque = np.einsum('nij,nj->ni', inertia_matrix(angles, scheme.arm), gap)
         position = q_next - q_end
-    at_stop = (q_next >= limits.upper - 1e-9) | (q_next <= limits.lower + 1e-9)
-    torque[at_stop] = np.nan  # the reaction of the stop is not recorded
+    torque[at_stop(q_next, scheme.arm)] = np.nan  # the reaction of the stop is not recorded
     return torque, position
+
+
+def at_stop(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    """Tell which joints of positions ``q`` [rad], shape (..., 6), are at the end of their way."""
+    return (q >= arm.limits.upper - 1e-9) | (q <= arm.limits.lower + 1e-9)
 
 
 def _beyond_coulomb(torque: np.ndarray, qd_next: np.ndarray, level: np.ndarray) -> np.ndarray:

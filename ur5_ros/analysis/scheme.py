@@ -9,6 +9,9 @@ from ur5_ros.model.dynamics import forward_dynamics, inertia_matrix, inverse_dyn
 from ur5_ros.model.kinematics import jacobian
 from ur5_ros.model.parameters import ArmParameters, Payload, with_payload
 
+#: Guesses at which joints stick: of all at once, and altogether.
+AT_ONCE, MOST_GUESSES = 10, 300
+
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
@@ -107,33 +110,81 @@ def predict(
         Positions and velocities, shapes (n, 6); NaN where sticking joints could not be told.
 
     """
-    arm = scheme.arm
     for _ in range(substeps):
-        angles = q + arm.angle_offset
-        torque = effort + scheme.external(q)
-        if scheme.frictionless:
-            qd = qd + h * forward_dynamics(angles, qd, torque, arm)
-        else:
-            A = inertia_matrix(angles, arm) / h
-            drive = torque - inverse_dynamics(angles, qd, np.zeros(qd.shape), arm)
-            A[:, range(6), range(6)] += scheme.viscous
-            qd = qd + _change(A, drive - scheme.viscous * qd, qd, scheme.coulomb)
-        q = q + h * qd
+        q, qd = _step(scheme, q, qd, effort, h)
     return q, qd
+
+
+def path(
+    scheme: Scheme, states: tuple[np.ndarray, np.ndarray], ends: tuple[np.ndarray, np.ndarray],
+    effort: np.ndarray, h: float, substeps: int,
+) -> tuple[np.ndarray, ...]:
+    """
+    Return the physics steps of recorded periods: those between two states are predicted.
+
+    Parameters
+    ----------
+    scheme : Scheme
+        What acts beside the effort.
+    states, ends : tuple of numpy.ndarray, shapes (n, 6)
+        Positions and velocities at the beginning and at the end of each period [rad, rad/s].
+    effort : numpy.ndarray, shape (n substeps, 6)
+        Torque in each physics step [N m].
+    h : float
+        Physics step [s].
+    substeps : int
+        Physics steps a period.
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        q, qd before and q, qd after every physics step, shapes (n substeps, 6).
+
+    """
+    if substeps == 1:
+        return *states, *ends
+    between = [states]
+    for i in range(substeps - 1):
+        between.append(_step(scheme, *between[-1], effort[i::substeps], h))
+    before = (np.stack(part, axis=1).reshape(-1, 6) for part in zip(*between, strict=True))
+    after = (np.stack(part, axis=1).reshape(-1, 6)
+             for part in zip(*between[1:], ends, strict=True))
+    return *before, *after
+
+
+def _step(scheme: Scheme, q, qd, effort, h: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the states one physics step later."""
+    arm = scheme.arm
+    if not (known := np.isfinite(q).all(axis=1)).all():  # as long as its step could be told
+        after = np.full((2, *q.shape), np.nan)
+        after[:, known] = _step(scheme, q[known], qd[known], effort[known], h)
+        return after[0], after[1]
+    angles = q + arm.angle_offset
+    torque = effort + scheme.external(q)
+    if scheme.frictionless:
+        qd = qd + h * forward_dynamics(angles, qd, torque, arm)
+    else:
+        A = inertia_matrix(angles, arm) / h
+        drive = torque - inverse_dynamics(angles, qd, np.zeros(qd.shape), arm)
+        A[:, range(6), range(6)] += scheme.viscous
+        qd = qd + _change(A, drive - scheme.viscous * qd, qd, scheme.coulomb)
+    return q + h * qd, qd
 
 
 def _change(A: np.ndarray, drive: np.ndarray, qd: np.ndarray, level: np.ndarray) -> np.ndarray:
     """
     Return delta with A delta + f = drive, f in level Sgn(qd + delta), for n rows at once.
 
-    Joints are guessed to move on or to stick, the guess is solved and mended until it stands.
+    Joints are guessed to move on or to stick, the guess is solved and mended until it stands: all
+    joints at once, which is quick but may go in circles, then the first wrong one alone, which
+    ends (Murty's least-index rule; A is positive definite).
 
     """
     sign = np.where(qd < 0.0, -1.0, 1.0)
     sign[(qd == 0.0) & (level > 0.0)] = 0.0
     delta = np.full(qd.shape, np.nan)
     open_rows = np.arange(len(qd))
-    for _ in range(30):
+    for attempt in range(MOST_GUESSES):
         a, s, v = A[open_rows], sign[open_rows], qd[open_rows]
         still = (s == 0.0)
         matrix = np.where(still[:, :, None], np.eye(6), a)
@@ -143,9 +194,13 @@ def _change(A: np.ndarray, drive: np.ndarray, qd: np.ndarray, level: np.ndarray)
         z = np.einsum('nii->ni', a) * (v + change) + force
         better = np.where(z < 0.0, -1.0, 1.0)
         better[(np.abs(z) <= level) & (level > 0.0)] = 0.0
-        done = (better == s).all(axis=1)
+        wrong = (better != s) & (level > 0.0)
+        done = ~wrong.any(axis=1)
         delta[open_rows[done]] = change[done]
-        sign[open_rows] = better
+        if attempt >= AT_ONCE:
+            wrong[:, 1:] &= ~np.maximum.accumulate(wrong, axis=1)[:, :-1]
+            better[(better == -s) & (level > 0.0)] = 0.0
+        sign[open_rows] = np.where(wrong, better, s)
         open_rows = open_rows[~done]
         if not len(open_rows):
             break

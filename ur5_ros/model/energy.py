@@ -59,6 +59,8 @@ def potential_energy(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     """
     mass, com, _ = arm.bodies
+    weight = np.zeros((6, 4, 4))  # m gamma^T (R c + p), linear in the frames
+    weight[:, :3, :3] = np.einsum('l,i,lj->lij', mass, arm.gravity, com)
+    weight[:, :3, 3] = np.outer(mass, arm.gravity)
     frames = link_transforms(q, arm)
-    centres = np.einsum('...lij,lj->...li', frames[..., :3, :3], com) + frames[..., :3, 3]
-    return -np.einsum('l,...li,i->...', mass, centres, arm.gravity)
+    return -(frames.reshape(*frames.shape[:-3], 96) @ weight.ravel())
