@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import pytest
 
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.sweep_engine import batch_size, run_sweep
-from ur5_ros.loop.sweep_run import plan_of, row_of
+from ur5_ros.loop.sweep_run import check_success, plan_of, row_of
 from ur5_ros.loop.sweep_spec import expand, load_sweep, number_of_runs, parse_sweep
 from ur5_ros.loop.sweep_summary import heat_maps, overall, rate_of, rates_by, worst_runs
 from ur5_ros.loop.sweep_table import SweepFolder, open_sweep
@@ -155,6 +156,32 @@ def test_a_scheduler_that_goes_and_comes_back_costs_nothing_that_was_done(cluste
     assert folder.table()['index'].to_list() == list(range(120))
 
 
+def test_what_answers_and_is_no_scheduler_is_told_in_one_line(tmp_path):
+    folder = SweepFolder(tmp_path / 'sweep', spec_of())
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        def greet():
+            for _ in range(20):
+                connection, _ = server.accept()
+                connection.sendall(b'HTTP/1.1 400 Bad Request\r\n\r\n' * 10)
+                kept.append(connection)
+        kept = []
+        threading.Thread(target=greet, daemon=True).start()
+        address = f'tcp://127.0.0.1:{server.getsockname()[1]}'
+        with pytest.raises(Refusal, match='no Dask scheduler answers') as refusal:
+            run_sweep(folder.spec, folder, address)
+        assert '\n' not in str(refusal.value)
+        for connection in kept:
+            connection.close()
+
+
+def test_success_is_asked_of_numbers_that_there_are():
+    check_success(spec_of())
+    check_success(spec_of('name: a\nsuccess: {"joint tracking": 0.1, rms_error: 0.2}\n'))
+    for judge in ('metrics', 'checks'):
+        with pytest.raises(Refusal, match="'maxerror'; there are: max_error"):
+            check_success(spec_of(f'name: a\njudge: {judge}\nsuccess: {{maxerror: 0.1}}\n'))
+
+
 def test_where_nobody_answers_is_said_within_ten_seconds(cluster, tmp_path):
     folder = SweepFolder(tmp_path / 'sweep', spec_of())
     with pytest.raises(Refusal, match='no Dask scheduler answers at ' + cluster.address):
@@ -200,6 +227,13 @@ def test_a_folder_of_another_sweep_is_left_alone(tmp_path):
     ('vary:\n  control.kp: [-1.0]\n', 'kp'),
     ('vary:\n  arm: [ur5, ur6]\n', 'ur6'),
     ('vary:\n  experiment: [fig12]\n', 'fig12'),
+    ('vary:\n  arm: [3]\n', 'arm'),
+    ('vary:\n  duration: [0.0]\n', 'duration'),
+    ('vary:\n  initial_error: {uniform: [-0.1, 0.1], size: 5}\n', 'initial_error six'),
+    ('vary:\n  control.kd: [10.0, 2500.0]\n', 'control.kd unstable'),
+    ('vary:\n  initial_error: [9.0]\n', 'initial_error stop'),
+    ('vary:\n  sim.gui: [true]\n', 'sim.gui'),
+    ('fixed: {control.experiment: fig12}\nvary:\n  arm: [ur5]\n', 'control.experiment'),
 ])
 def test_what_cannot_run_is_refused_by_name_before_anything_starts(text, named):
     spec = spec_of('name: trial\n' + text)

@@ -9,8 +9,8 @@ from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.sweep_engine import run_sweep
 from ur5_ros.loop.sweep_report import repeat_command, write_report
-from ur5_ros.loop.sweep_run import plan_of, row_of
-from ur5_ros.loop.sweep_spec import SweepSpec, expand, load_sweep, number_of_runs
+from ur5_ros.loop.sweep_run import check_success, plan_of, row_of
+from ur5_ros.loop.sweep_spec import SweepSpec, altered, expand, load_sweep, number_of_runs
 from ur5_ros.loop.sweep_summary import worst_runs
 from ur5_ros.loop.sweep_table import SweepFolder, open_sweep
 
@@ -62,6 +62,7 @@ def _report(folder: SweepFolder, screen: terminal.Console) -> int:
 
 def _refuse_what_cannot_run(spec: SweepSpec) -> None:
     """Plan every run before the first one runs."""
+    check_success(spec)
     with terminal.progress('checking', number_of_runs(spec), 'runs') as advance:
         for run in expand(spec):
             plan_of(spec, run)
@@ -78,7 +79,7 @@ def _one(spec: SweepSpec, index: int, out: Path | None) -> int:
     folder = bags / f'{index:06d}'
     if folder.exists():
         raise Refusal(f'{folder} exists; give another folder with --out, or remove it')
-    row = row_of(spec.model_copy(update={'keep': 'all'}), run, bags)
+    row = row_of(altered(spec, keep='all'), run, bags)
     screen = terminal.console()
     for key, value in row.items():
         screen.print(Text(f'{key}: {value}'), soft_wrap=True)

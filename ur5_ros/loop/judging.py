@@ -34,12 +34,12 @@ class Judgement(NamedTuple):
 
 
 @cache
-def default_marks() -> Marks:
-    """Return the pass marks of the package, read once a process."""
-    return load_marks()
+def marks_of(path: str = '') -> Marks:
+    """Return the pass marks of a file, or of the package, read once a process."""
+    return load_marks(path)
 
 
-def judge_folder(folder: str, given: Mapping[str, Any]) -> Judgement:
+def judge_folder(folder: str, given: Mapping[str, Any], marks: str = '') -> Judgement:
     """
     Return what the validator says of a run folder.
 
@@ -49,17 +49,21 @@ def judge_folder(folder: str, given: Mapping[str, Any]) -> Judgement:
         Run folder.
     given : mapping
         ``arm``, ``control_arm``, ``kp``, ``kd`` for bags that do not say.
+    marks : str, optional
+        File of pass marks; those of the package by default.
 
     """
     try:
-        result = validate(load_run(Path(folder), **given), default_marks())
+        result = validate(load_run(Path(folder), **given), marks_of(marks))
     except Refusal as refusal:
         return Judgement(folder, Path(folder).name, UNREADABLE, str(refusal), {})
     why = '; '.join(check.sentence for check in result.checks if check.verdict == FAIL)
     return Judgement(folder, result.run, result.verdict, why, json.loads(result.to_json()))
 
 
-def judge_all(folders: list[Path], given: Mapping[str, Any]) -> Iterator[Judgement]:
+def judge_all(
+    folders: list[Path], given: Mapping[str, Any], marks: str = '',
+) -> Iterator[Judgement]:
     """
     Yield the judgement of each folder, in any order; many are shared among Dask workers.
 
@@ -67,7 +71,7 @@ def judge_all(folders: list[Path], given: Mapping[str, Any]) -> Iterator[Judgeme
     ----------
     folders : list of Path
         Run folders.
-    given : mapping
+    given, marks
         As for :func:`judge_folder`.
 
     """
@@ -75,18 +79,20 @@ def judge_all(folders: list[Path], given: Mapping[str, Any]) -> Iterator[Judgeme
     shown = dict(zip(names, map(str, folders), strict=True))
     if len(names) < WORTH_SHARING or find_spec('distributed') is None:
         for name in names:
-            yield judge_folder(name, given)._replace(folder=shown[name])
+            yield judge_folder(name, given, marks)._replace(folder=shown[name])
         return
     from ur5_ros.loop.workers import cluster, connected, spread  # dask is an extra
     with cluster() as address, connected(address) as client:
-        for found in spread(client, judge_batch, (dict(given),), iter(names), 1, _lost):
+        for found in spread(client, judge_batch, (dict(given), marks), iter(names), 1, _lost):
             for judgement in found:
                 yield judgement._replace(folder=shown[judgement.folder])
 
 
-def judge_batch(given: Mapping[str, Any], folders: list[str]) -> list[Judgement]:
+def judge_batch(
+    given: Mapping[str, Any], marks: str, folders: list[str],
+) -> list[Judgement]:
     """Return the judgements of some folders: the task that travels to a worker."""
-    return [judge_folder(folder, given) for folder in folders]
+    return [judge_folder(folder, given, marks) for folder in folders]
 
 
 def _lost(folder: str, error: BaseException) -> Judgement:

@@ -14,17 +14,30 @@ import numpy as np
 from ur5_ros.analysis.result import FAIL, PASS, Result
 from ur5_ros.analysis.series import Run
 from ur5_ros.analysis.validate import validate
+from ur5_ros.control.settings import settings_from
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.closed_loop import run_closed_loop
-from ur5_ros.loop.judging import default_marks
+from ur5_ros.loop.judging import marks_of
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.plan import Plan, plan_run
-from ur5_ros.loop.sweep_spec import RunSpec, SweepSpec
+from ur5_ros.loop.plan import Plan, arm_named, plan_run
+from ur5_ros.loop.sweep_spec import RunSpec, SweepSpec, altered
 from ur5_ros.loop.two_nodes import run_two_nodes
+from ur5_ros.sim.limits import check_initial_state
 
 #: Keys of a specification besides ``sim.<parameter>`` and ``control.<parameter>``.
-KEYS = ('experiment', 'duration', 'arm', 'control_arm', 'control_rate', 'physics_rate',
-        'initial_error')
+KEYS = {
+    'experiment': 'a name', 'arm': 'a name', 'control_arm': 'a name',
+    'duration': 'a number of seconds above zero', 'control_rate': 'a whole number',
+    'physics_rate': 'a whole number', 'initial_error': 'one number or six',
+}
+
+#: What a sweep decides itself, and the key to give instead.
+TAKEN = {
+    'sim.arm': 'arm', 'control.arm': 'control_arm', 'control.experiment': 'experiment',
+    'sim.stop_after': 'duration', 'sim.control_rate': 'control_rate',
+    'sim.physics_rate': 'physics_rate', 'sim.bag': 'keep', 'control.bag': 'keep',
+    'sim.gui': 'nothing',
+}
 
 #: Largest joint error beyond which a run counts as diverged [rad].
 DIVERGED = math.pi
@@ -48,19 +61,42 @@ def plan_of(spec: SweepSpec, run: RunSpec) -> Plan:
                                         'control': {}}
     rest: dict[str, Any] = {}
     for key, value in values.items():
+        if key in TAKEN:
+            raise Refusal(f'{key} is not for a sweep; give {TAKEN[key]} instead')
         side, _, name = key.partition('.')
         if name and side in sides:
             sides[side][name] = value
         elif key in KEYS:
-            rest[key] = value
+            rest[key] = _value(key, value, run)
         else:
             raise Refusal(f'unknown key {key!r}; give sim.<parameter>, control.<parameter> or one '
                           f'of: {", ".join(KEYS)}')
     try:
-        return plan_run(**rest, sim=sides['sim'], control=sides['control'])
+        plan = plan_run(**rest, sim=sides['sim'], control=sides['control'])
+        rate = plan.sim['control_rate']
+        settings_from(plan.control, arm_named(plan.control['arm']), rate)
+        check_initial_state(arm_named(plan.sim['arm']), plan.sim['initial_positions'])
+        return plan
     except Refusal as refusal:
         told = ', '.join(f'{key} = {value}' for key, value in run.values.items())
         raise Refusal(f'run {run.number} ({told}): {refusal}') from None
+
+
+def _value(key: str, value: Any, run: RunSpec) -> Any:
+    """Return a value of one of :data:`KEYS`; refused if it is of another kind."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if KEYS[key] == 'a name':
+        good = isinstance(value, str)
+    elif key == 'duration':
+        good = value is None or (number and value > 0.0)
+    elif key == 'initial_error':
+        good = number or (isinstance(value, list) and len(value) == 6)
+    else:
+        good = number and value == round(value)
+        value = round(value) if good else value
+    if not good:
+        raise Refusal(f'run {run.number}: {key} is {value!r}; give {KEYS[key]}')
+    return value
 
 
 def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
@@ -128,7 +164,7 @@ def _judged(spec: SweepSpec, run: Run) -> dict[str, Any]:
                 **metrics, 'states': digest(run)}
     row: dict[str, Any] = {**metrics, 'states': digest(run)}
     if spec.judge == 'checks':
-        result = validate(run, default_marks())
+        result = validate(run, marks_of())
         row |= _checks(result)
         failed = [check.sentence for check in result.checks if check.verdict == FAIL]
     missed = _missed(spec.success, row) if spec.success else failed
@@ -148,6 +184,29 @@ def metrics_of(run: Run) -> dict[str, float]:
         'max_torque': float(np.abs(run.exact.effort).max()),
         'max_speed': float(np.abs(run.exact.qd).max()),
     }
+
+
+def check_success(spec: SweepSpec) -> None:
+    """
+    Refuse a condition on a number that no run has.
+
+    Raises
+    ------
+    Refusal
+        Naming it.
+
+    """
+    unknown = [name for name in spec.success if name not in METRICS]
+    if not unknown:
+        return
+    columns: list[str] = []
+    if spec.judge == 'checks':  # the checks know their names: ask them with a run of a moment
+        row = _judged(altered(spec, success={}), _by_loop(plan_run(duration=0.02), None))
+        columns = [name.removesuffix(': value') for name in row if name.endswith(': value')]
+    for name in unknown:
+        if name not in columns:
+            raise Refusal(f'success: unknown column {name!r}; there are: '
+                          f'{", ".join([*METRICS, *columns])}')
 
 
 def digest(run: Run) -> str:

@@ -50,6 +50,11 @@ class SweepSpec(Record):
     vary: dict[str, list[Fixed] | Axis] = {}
 
 
+def altered(spec: SweepSpec, **values: Any) -> SweepSpec:
+    """Return a specification with other values."""
+    return SweepSpec(**(vars(spec) | values))
+
+
 class RunSpec(NamedTuple):
     """One run of a sweep: small enough to travel, complete enough to be repeated alone."""
 

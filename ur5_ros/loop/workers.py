@@ -11,12 +11,14 @@ from typing import Any, TypeVar
 
 import dask
 from distributed import Client, Future, LocalCluster, as_completed
+from distributed.comm import connect
+from distributed.security import Security
 
 from ur5_ros.errors import Refusal
 from ur5_ros.model.compiled import limit_threads
 
 #: Wall-clock time that a scheduler gets to answer [s].
-PATIENCE = 8.0
+PATIENCE = 5.0
 
 #: The same for one that was there before, and may be starting again [s].
 PATIENCE_AGAIN = 60.0
@@ -87,11 +89,14 @@ def connected(address: str, patience: float = PATIENCE) -> Iterator[Client]:
 
     """
     try:
-        client = Client(address, timeout=patience, set_as_default=False)
-    except (OSError, ValueError, asyncio.TimeoutError) as error:
+        kind = asyncio.run(asyncio.wait_for(_kind(address, patience), patience))
+    except Exception as error:  # whoever answers there may send anything
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise Refusal(f'no Dask scheduler answers at {address} ({reason}); start one with '
                       '"dask scheduler", or leave --scheduler out') from None
+    if kind != 'Scheduler':
+        raise Refusal(f'a Dask {kind} answers at {address}; give the address of its scheduler')
+    client = Client(address, timeout=patience, set_as_default=False)
     try:
         yield client
     finally:
@@ -153,6 +158,17 @@ def spread(
         more = list(islice(items, size))
         if more:
             ended.add(submit(more))
+
+
+async def _kind(address: str, patience: float) -> str:
+    """Return what it is that answers at an address."""
+    comm = await connect(address, timeout=patience,
+                         **Security().get_connection_args('client'))
+    try:
+        await comm.write({'op': 'identity'})
+        return (await comm.read())['type']
+    finally:
+        comm.abort()
 
 
 def _silence() -> None:
