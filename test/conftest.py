@@ -1,5 +1,6 @@
 """The fault scorecard: which row of the catalogue has which test, and how it went."""
 
+import json
 from collections import defaultdict
 from pathlib import Path
 
@@ -13,12 +14,16 @@ REPO = Path(__file__).parents[1]
 def pytest_addoption(parser):
     parser.addoption('--scorecard', metavar='FILE',
                      help='write the fault scorecard as Markdown')
+    parser.addoption('--outcomes', metavar='FILE', action='append', default=[],
+                     help='keep the outcomes of fault tests as JSON, beside those that are there; '
+                          'once more for each part of a run in parts')
 
 
 def pytest_configure(config):
     config.addinivalue_line('markers', 'fault(*rows): breaks what these rows of the catalogue '
                             'of faults name')
-    config.pluginmanager.register(Scorecard(config.getoption('--scorecard')), 'scorecard')
+    config.pluginmanager.register(Scorecard(
+        config.getoption('--scorecard'), config.getoption('--outcomes')), 'scorecard')
 
 
 def catalogue() -> dict[int, dict[str, str]]:
@@ -31,8 +36,8 @@ def catalogue() -> dict[int, dict[str, str]]:
 class Scorecard:
     """Collects what tests claim and say; figures come by ``record_property``."""
 
-    def __init__(self, path: str | None):
-        self.path = path
+    def __init__(self, path: str | None, kept: list[str]):
+        self.path, self.kept = path, [Path(each) for each in kept]
         self.claims: dict[str, tuple[int, ...]] = {}
         self.outcomes: dict[str, str] = {}
         self.figures: dict[str, list[tuple[str, object]]] = defaultdict(list)
@@ -49,6 +54,15 @@ class Scorecard:
             self.outcomes[report.nodeid] = report.outcome
         if report.when == 'call':
             self.figures[report.nodeid] += report.user_properties
+
+    def pytest_sessionfinish(self):
+        """Take what other parts of a run came to, and leave what this one did."""
+        for path in filter(Path.is_file, self.kept):
+            outcomes, figures = json.loads(path.read_text())
+            self.outcomes = outcomes | self.outcomes
+            self.figures = defaultdict(list, figures | self.figures)
+        if self.kept:
+            self.kept[0].write_text(json.dumps([self.outcomes, self.figures]))
 
     def pytest_terminal_summary(self, terminalreporter):
         if not self.path:

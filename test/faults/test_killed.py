@@ -53,7 +53,9 @@ def test_a_controller_killed_in_motion_is_braked_for_and_replaced(ros, events_of
     resumed_at = stamp(states[-1])
     wait_until(lambda: stamp(states[-1]) > resumed_at + 3e9, 'three seconds with the new one')
     assert sim.stop() == 0
-    assert np.abs(np.array(states[-1].position) - held).max() < 1e-3  # taken over without a jump
+    jump = float(np.abs(np.array(states[-1].position) - held).max())
+    record_property('movement at the takeover by a new controller [rad]', jump)
+    assert jump < 1e-3
     bag = ros.bag('sim')
     braked = [at for at, values in events_of(bag, 'fallback') if values['active']
               and at > killed_at - 5e8]

@@ -4,6 +4,7 @@ import os
 import random
 import re
 import shlex
+import signal
 import socket
 import struct
 import sys
@@ -11,6 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
@@ -114,12 +116,42 @@ def test_publishers_that_do_not_fit_do_no_harm(ros):
 @pytest.mark.fault(82)
 def test_every_socket_of_both_nodes_is_on_the_loopback_interface(ros):
     sim, control, _ = pair_running(ros)
+    assert_private([sim.pid, control.pid])
+
+
+@pytest.mark.fault(82)
+def test_every_socket_of_the_demo_is_on_the_loopback_interface(ros):
+    for name in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'ROS_DOMAIN_ID'):
+        del ros.environment[name]  # the command itself sees to it
+    demo = ros.run([sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'demo'])
+
+    def nodes():
+        return [child.pid for child in psutil.Process(demo.pid).children(recursive=True)
+                if any('_node' in word for word in child.cmdline())]
+
+    wait_until(lambda: len(list((ros.folder / 'bags').glob('*/*/*.mcap'))) == 2, 'both bags')
+    assert_private([demo.pid, *nodes()])
+    demo.popen.send_signal(signal.SIGINT)
+    demo.ends()
+
+
+@pytest.mark.fault(82)
+@pytest.mark.parametrize('name', ['sim', 'closed_loop', 'rviz'])
+def test_every_launch_file_sets_the_loopback_profile(repo, name):
+    text = (repo / 'launch' / f'{name}.launch.py').read_text()
+    said = re.search(r"SetEnvironmentVariable\(\s*'FASTRTPS_DEFAULT_PROFILES_FILE',\s*"
+                     r"str\(CONFIG / 'fastdds_loopback.xml'\)\)", text)
+    assert said
+
+
+def assert_private(pids) -> None:
+    """Check that no process has a socket that another machine could reach."""
     found = 0
-    for process in (sim, control):
-        for address in udp_and_tcp_addresses(process.pid):
+    for pid in pids:
+        for address in udp_and_tcp_addresses(pid):
             found += 1
             if socket.inet_aton(address)[0] >> 4 == 14:  # multicast: heard where it is joined
-                assert interfaces_joined(process.pid, address) <= {'lo'}
+                assert interfaces_joined(pid, address) <= {'lo'}
             else:
                 assert address.startswith('127.'), f'{address} is open to the network'
     assert found >= 4

@@ -4,11 +4,29 @@ import resource
 import shutil
 import sys
 
+import numpy as np
 import pytest
 from ros_processes import wait_until
 from sensor_msgs.msg import JointState
 
 from ur5_ros.bag.reader import open_bag
+
+#: Wraps a node: each write to a bag takes as long as a slow disk, at most so many messages wait.
+SLOW_DISK = """
+import os, time
+from ur5_ros.bag import mcap_file, writer
+write = os.write
+class Slow:
+    def __getattr__(self, name):
+        return getattr(os, name)
+    def write(self, file, data):
+        time.sleep(%f)
+        return write(file, data)
+mcap_file.os = Slow()
+writer.MAX_WAITING = %d
+from ur5_ros.nodes.sim_node import main
+main(['sim_node', '--ros-args', '-p', 'stop_after:=1.0'])
+"""
 
 
 def stamp(message) -> int:
@@ -34,6 +52,28 @@ def test_a_full_disk_ends_the_recording_and_not_the_loop(ros):
     assert 0 < len(kept) < 3000
     assert not recorded.complete
     assert resource.getrlimit(resource.RLIMIT_FSIZE)[0] == resource.RLIM_INFINITY
+
+
+@pytest.mark.fault(68)
+@pytest.mark.parametrize(('pause', 'waiting'), [(0.1, 1_000_000), (0.4, 300)])
+def test_a_slow_disk_holds_up_nobody_and_what_it_cannot_follow_is_counted(
+        ros, pause, waiting, record_property):
+    sim = ros.run([sys.executable, '-c', SLOW_DISK % (pause, waiting)])
+    control = ros.start('control', bag='')
+    states = ros.observer().hear(JointState, '/joint_states')
+    code = sim.ends()
+    wait_until(lambda: stamp(states[-1]) == 1_000_000_000, 'the last state')
+    assert control.stop() == 0
+    bag = open_bag(ros.bag('sim'))
+    kept = np.unique(bag.joint_states('/joint_states').stamp)
+    if code == 0:
+        assert len(kept) == 1000
+    else:
+        assert code == 3, sim.text
+        assert waiting == 300
+        assert len(kept) < 1000
+        assert sim.text.count('messages are in no bag') == 1
+    record_property(f'states of 1000 kept by a disk of {pause:g} s a write', len(kept))
 
 
 @pytest.mark.fault(65)

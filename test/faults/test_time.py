@@ -1,10 +1,11 @@
 """Clocks that jump, processors that are busy, errors in callbacks, long runs."""
 
 import json
-import subprocess
+import os
 import sys
 
 import numpy as np
+import psutil
 import pytest
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
@@ -80,13 +81,17 @@ def test_beside_a_busy_process_the_run_has_the_same_bits(ros):
         return open_bag(ros.folder / name / 'sim').notes['summary']['hashes']
 
     quiet = hashes('quiet')
-    burners = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(2)]
+    burner = 'import os; os.sched_setaffinity(0, {%d})\nwhile True: pass'
+    burners = [psutil.Popen([sys.executable, '-c', burner % core])  # one for each core
+               for core in os.sched_getaffinity(0)]
     try:
         loaded = hashes('loaded')
+        burnt = min(burner.cpu_times().user for burner in burners)
     finally:
         for burner in burners:
             burner.kill()
             burner.wait()
+    assert burnt > 0.1  # the cores were loaded
     assert quiet == loaded
 
 

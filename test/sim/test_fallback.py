@@ -19,6 +19,7 @@ def poses(number, seed):
         yield rng.uniform(-3.0, 3.0, 6).tolist(), rng.choice([-1.0, 1.0], 6).tolist()
 
 
+@pytest.mark.fault(11)
 @pytest.mark.parametrize('arm', ['ur5', 'ur5_real'])
 def test_the_brake_stops_the_arm_within_a_twentieth_of_a_radian_from_anywhere(
         plant_of, arm, record_property):
@@ -34,7 +35,7 @@ def test_the_brake_stops_the_arm_within_a_twentieth_of_a_radian_from_anywhere(
                 break
         assert np.abs(state.qd).max() < 1e-9, 'at rest'
         longest = max(longest, np.abs(state.q - q).max())
-    record_property('longest joint travel', f'{longest:.4f} rad')
+    record_property('joint travel under the brake, any pose at 1 rad/s [rad]', float(longest))
     assert longest < 0.05
 
 
