@@ -58,6 +58,25 @@ def test_validate_all_judges_every_run_below_a_folder(ur5, short_run, cut_run, t
     assert ur5('validate', '--all', 'noise').code == 2
 
 
+def test_own_pass_marks_judge_one_run_and_a_folder(ur5, short_run, tmp_path):
+    shutil.copytree(short_run, tmp_path / 'runs' / 'mine')
+    marks = tmp_path / 'strict.yaml'
+    marks.write_text('name: strict\nmarks:\n  residual:\n    limit: 1.0e-16\n    unit: N m\n'
+                     '    reason: tried in a test\n')
+    judged = ur5('validate', 'runs/mine', '--marks', 'strict.yaml', '--json', 'one.json')
+    assert judged.code == 1, judged
+    said = json.loads((tmp_path / 'one.json').read_text())
+    assert said['about']['marks'] == 'strict'
+    assert {check['limit'] for check in said['checks'] if 'residual' in check['name']} == {1e-16}
+    assert ur5('validate', '--all', 'runs', '--marks', 'strict.yaml').code == 1
+    marks.write_text(marks.read_text().replace('residual', 'residul'))
+    refused = ur5('validate', 'runs/mine', '--marks', 'strict.yaml')
+    assert refused.code == 2 and len(refused.err.splitlines()) == 1
+    assert "'residul'" in refused.err and 'residual' in refused.err
+    missing = ur5('validate', 'runs/mine', '--marks', 'none.yaml')
+    assert missing.code == 2 and 'none.yaml' in missing.err
+
+
 def test_a_cut_run_is_judged_as_far_as_it_goes_and_mended(ur5, cut_run, tmp_path):
     before = {path: path.read_bytes() for path in cut_run.rglob('*.mcap')}
     assert ur5('validate', 'cut').code == 1

@@ -84,6 +84,9 @@ def validate(
         metavar='N[,N...]', help='Position gain, where the bag does not say: 1, 6 or 36.')] = None,
     kd: Annotated[str | None, typer.Option(
         metavar='N[,N...]', help='Velocity gain, likewise.')] = None,
+    marks: Annotated[Path | None, typer.Option(
+        '--marks', metavar='FILE', help='Pass marks, of the form of config/validation.yaml; '
+        'those left out keep their default.')] = None,
     json: Json = None,
     html: Html = None,
     junit: Annotated[Path | None, typer.Option(
@@ -91,7 +94,7 @@ def validate(
 ) -> int:
     """Judge a run from its bags alone."""
     from ur5_ros.cli import judge
-    return judge.validate(run, folder, arm, control_arm, kp, kd, json, html, junit)
+    return judge.validate(run, folder, arm, control_arm, kp, kd, marks, json, html, junit)
 
 
 @app.command()

@@ -27,7 +27,7 @@ def runs_below(folder: Path) -> list[Path]:
 
 
 def validate_all(
-    folder: Path, given: Mapping[str, Any], json: Path | None, html: Path | None,
+    folder: Path, given: Mapping[str, Any], marks: str, json: Path | None, html: Path | None,
     junit: Path | None,
 ) -> int:
     """Judge every run below a folder; exit 0 if all pass, 2 if none can be read."""
@@ -41,7 +41,7 @@ def validate_all(
         raise Refusal(f'no bag below {folder}; give a folder with runs in it')
     judgements = []
     with terminal.progress('judging', len(runs), 'runs') as advance:
-        for judgement in judge_all(runs, dict(given)):
+        for judgement in judge_all(runs, dict(given), marks):
             judgements.append(judgement)
             advance(len(judgements))
     judgements.sort(key=lambda judgement: judgement.folder)

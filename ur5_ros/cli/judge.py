@@ -1,9 +1,7 @@
 """Commands that judge bags: validate and compare."""
 
 import json as json_format
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from ur5_ros.analysis.comparison import Difference
 from ur5_ros.analysis.comparison import compare as compare_runs
@@ -14,24 +12,31 @@ from ur5_ros.analysis.validate import validate as validate_run
 from ur5_ros.bag.folder import newest_run
 from ur5_ros.cli import batch, terminal
 from ur5_ros.cli.exit_codes import NO, YES
-from ur5_ros.config.validation import load_marks
 from ur5_ros.errors import Refusal
+from ur5_ros.loop.judging import marks_of
 
 
 def validate(
     run: Path | None, folder: Path | None, arm: str | None, control_arm: str | None,
-    kp: str | None, kd: str | None, json: Path | None, html: Path | None, junit: Path | None,
+    kp: str | None, kd: str | None, marks: Path | None, json: Path | None, html: Path | None,
+    junit: Path | None,
 ) -> int:
     """Judge one run or a folder of runs; see ``ur5 validate --help``."""
+    limits = str(marks) if marks is not None else ''
+    marks_of(limits)  # refused before anything is read
     given = {key: value for key, value in {
         'arm': arm, 'control_arm': control_arm, 'kp': _gain('--kp', kp), 'kd': _gain('--kd', kd),
     }.items() if value is not None}
     if folder is not None:
         if run is not None:
             raise Refusal(f'{run} and --all {folder}: give one of the two')
-        return batch.validate_all(folder, given, json, html, junit)
-    result = judge(run if run is not None else newest_run(), given)
-    write(result, json, html, junit)
+        return batch.validate_all(folder, given, limits, json, html, junit)
+    with terminal.progress('judging', 3, 'steps') as advance:
+        read = load_run(run if run is not None else newest_run(), **given)
+        advance(1)
+        result = validate_run(read, marks_of(limits))
+        advance(2)
+        write(result, json, html, junit)
     out = terminal.console()
     terminal.show_result(out, result)
     for path in (json, html, junit):
@@ -40,7 +45,7 @@ def validate(
     return YES if result.passed else NO
 
 
-def judge(run: Path, given: Mapping[str, Any] | None = None) -> Result:
+def judge(run: Path) -> Result:
     """
     Return the result of a run folder.
 
@@ -48,11 +53,9 @@ def judge(run: Path, given: Mapping[str, Any] | None = None) -> Result:
     ----------
     run : Path
         Run folder, or a bag.
-    given : mapping, optional
-        ``arm``, ``control_arm``, ``kp``, ``kd`` for bags that do not say.
 
     """
-    return validate_run(load_run(run, **(given or {})), load_marks())
+    return validate_run(load_run(run), marks_of())
 
 
 def write(result: Result, json: Path | None, html: Path | None, junit: Path | None) -> None:
@@ -84,7 +87,7 @@ def compare(run_a: Path, run_b: Path, json: Path | None) -> int:
     """Compare two runs; see ``ur5 compare --help``."""
     a, b = load_run(run_a), load_run(run_b)
     found = compare_runs(a, b)
-    marks = load_marks()
+    marks = marks_of()
     verdicts = [validate_run(run, marks).verdict for run in (a, b)]
     out = terminal.console()
     for difference in found.differences:
