@@ -175,7 +175,7 @@ def check_sections(files: Mapping[str, Any], node_name: str) -> None:
         if not any(matches(section, node_name) for section in sections):
             found = ', '.join(sections) or 'none'
             raise Refusal(f'{path}: no section for {node_name} (sections: {found}); '
-                          f'rename one to {node_name}')
+                          f'rename one to {node_name}, or to /**')
 
 
 def matches(section: str, node_name: str) -> bool:
