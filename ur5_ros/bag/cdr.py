@@ -82,6 +82,11 @@ class FixedJointState:
         self.matches = layout.matches
         self._fill = layout.fill
         self._sizes = tuple(8 * number for number in self._counts.values())
+        self.stamp = slice(4, 12)
+        """Where the stamp is in a message."""
+        self.effort = slice(layout.holes.get('effort', (0,))[0],
+                            layout.holes.get('effort', (0,))[0] + 8 * self._counts['effort'])
+        """Where the effort is in a message."""
         self._places = [(layout.holes.get(field, (0,))[0], number)
                         for field, number in self._counts.items()]
 
@@ -106,6 +111,10 @@ class FixedJointState:
         if (len(q), len(qd), len(tau)) != self._sizes:
             _check(self._counts, q, qd, tau)
         return self._fill(_pack_stamp(*divmod(stamp, NANOSECONDS)), q, qd, tau)
+
+    def join(self, stamp: bytes, position: bytes, velocity: bytes, effort: bytes) -> bytes:
+        """Return the same of parts that are CDR bytes already, of the right lengths."""
+        return self._fill(stamp, position, velocity, effort)
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
         """
@@ -163,6 +172,11 @@ class FixedTrajectoryPoint:
             _check(self._counts, q, qd, qdd, tau)
         return self._fill(_pack_stamp(*divmod(stamp, NANOSECONDS)), q, qd, qdd, tau, _AT_ONCE)
 
+    def join(self, stamp: bytes, positions: bytes, velocities: bytes, accelerations: bytes,
+             effort: bytes) -> bytes:
+        """Return the same of parts that are CDR bytes already, of the right lengths."""
+        return self._fill(stamp, positions, velocities, accelerations, effort, _AT_ONCE)
+
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (stamp [ns], positions, velocities, accelerations, effort), read-only views."""
         arrays = [np.frombuffer(data, _FLOAT, number, self.layout.holes.get(name, (0,))[0])
@@ -194,6 +208,11 @@ class FixedPose:
         offset = self.layout.holes['pose'][0]
         return (_stamp_from(data), np.frombuffer(data, '<f8', 3, offset),
                 np.frombuffer(data, '<f8', 4, offset + 24))
+
+
+def encode_stamp(stamp: int) -> bytes:
+    """Return builtin_interfaces/Time of a stamp [ns] as CDR bytes."""
+    return _pack_stamp(*divmod(stamp, NANOSECONDS))
 
 
 def encode_clock(stamp: int) -> bytes:

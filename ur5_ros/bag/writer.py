@@ -139,6 +139,28 @@ class BagWriter:
             with self._lock:
                 self._dropped += 1
 
+    def recorder(self, offset: int) -> Callable[[int, bytes], None]:
+        """
+        Return :meth:`write` for a control loop: ``record(topic, data)`` of this moment.
+
+        Parameters
+        ----------
+        offset : int
+            From the steady clock to log times [ns].
+
+        """
+        waiting, most, now = self._waiting, MAX_WAITING, time.monotonic_ns
+
+        def record(topic: int, data: bytes) -> None:
+            if len(waiting) < most:
+                moment = now() + offset
+                waiting.append((topic, moment, moment, data))
+            else:
+                with self._lock:
+                    self._dropped += 1
+
+        return record
+
     def note(self, name: str, values: Mapping[str, Any]) -> None:
         """
         Add a metadata record; the last one of a name counts.

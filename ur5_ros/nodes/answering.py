@@ -11,7 +11,7 @@ from ur5_ros.control.controller import Answer, Controller
 from ur5_ros.control.settings import USUAL_RATE
 from ur5_ros.errors import Refusal
 from ur5_ros.model.kinematics import forward_kinematics
-from ur5_ros.nodes.control_topics import TOTAL, ControlOutputs
+from ur5_ros.nodes.control_topics import ControlOutputs
 from ur5_ros.nodes.messages import StateReader
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
@@ -93,8 +93,7 @@ class Answering:
         if self._rate is None:
             self._find_rate(state.stamp)
         answer = self.controller.update(state)
-        self._outputs.command(state.stamp, answer.parts[TOTAL])
-        self._outputs.details(state.stamp, answer.parts, answer.reference)
+        self._outputs.answer(state.stamp, answer.parts, answer.reference)
         self._last, self.stamp = data, state.stamp
         self._recording.write(record, data)
         self.hash.add(data)

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
-from ur5_ros.bag.cdr import FixedJointState, FixedPose, FixedTrajectoryPoint
+from ur5_ros.bag.cdr import FixedJointState, FixedPose, FixedTrajectoryPoint, encode_stamp
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.bag.status import status_array
 from ur5_ros.nodes.recording import Recording
@@ -19,6 +19,7 @@ from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
 #: Parts of the commanded torque, as ``~/torque_parts`` names them.
 PARTS = Torque._fields
 TOTAL, FEEDBACK = PARTS.index('total'), PARTS.index('feedback')
+_TOTAL = slice(48 * TOTAL, 48 * TOTAL + 48)
 
 
 class ControlOutputs:
@@ -75,27 +76,38 @@ class ControlOutputs:
         self.hash = PayloadHash(self._command)
         self._last = b''
 
-    def command(self, stamp: int, torque: np.ndarray) -> None:
-        """Send the answer to a state."""
-        data = self._command.encode(stamp, (), (), torque)
+    def answer(self, stamp: int, parts: np.ndarray, reference: Reference) -> None:
+        """
+        Send the answer to a state; send and record what it was made of.
+
+        Parameters
+        ----------
+        stamp : int
+            Of the state [ns].
+        parts : numpy.ndarray, shape (5, 6)
+            Command and parts, as :class:`ur5_ros.signals.Torque` names the rows [N m].
+        reference : Reference
+            What the state should have been.
+
+        """
+        when, torque = encode_stamp(stamp), parts.tobytes()
+        write = self._recording.write
+        data = self._last = self._command.join(when, b'', b'', torque[_TOTAL])
         self._publish_command(data)
-        self._last = data
-        self._recording.write(self._command_id, data)
+        write(self._command_id, data)
         self.hash.add(data)
+        q, qd, qdd = reference
+        data = self._reference.join(when, q.tobytes(), qd.tobytes(), qdd.tobytes(),
+                                    (parts[TOTAL] - parts[FEEDBACK]).tobytes())
+        self._publish_reference(data)
+        write(self._reference_id, data)
+        self._last_parts = self._parts.join(when, b'', b'', torque)
+        write(self._parts_id, self._last_parts)
 
     def command_again(self) -> None:
         """Send a copy of the last answer, which is recorded already."""
         if self._last:
             self._publish_command(self._last)
-
-    def details(self, stamp: int, parts: np.ndarray, reference: Reference) -> None:
-        """Send the reference; record it and the parts of the torque, (5, 6)."""
-        write = self._recording.write
-        data = self._reference.encode(stamp, *reference, parts[TOTAL] - parts[FEEDBACK])
-        self._publish_reference(data)
-        write(self._reference_id, data)
-        self._last_parts = self._parts.encode(stamp, (), (), parts)
-        write(self._parts_id, self._last_parts)
 
     def monitor(
         self, state: ArmState, reference: Reference,

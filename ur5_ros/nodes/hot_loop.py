@@ -122,7 +122,7 @@ class WaitSetLoop:
 
     def wait(self, seconds: float) -> list[Message]:
         """
-        Wait for messages, a wake, or the time to pass.
+        Wait for messages, a wake, or the time to pass; :data:`BRIEF` while hot messages flow.
 
         Parameters
         ----------
@@ -137,30 +137,39 @@ class WaitSetLoop:
 
         """
         wait_set = self._wait_set or self._arm()
-        handles, indices, brief = self._handles, self._indices, False
         rest = self._brief_until - time.monotonic()
-        if rest > 0.0:  # the loop is running: every entity in a wait costs it microseconds
-            handles, indices, brief = self._hot_handles, self._hot_indices, True
-            seconds = min(seconds, rest)
+        if rest > 0.0:
+            return self._wait_briefly(wait_set, min(seconds, rest))
         wait_set.clear_entities()
-        for handle in handles:
+        for handle in self._handles:
             wait_set.add_subscription(handle)
-        if not brief:
-            for handle in self._service_handles:
-                wait_set.add_service(handle)
+        for handle in self._service_handles:
+            wait_set.add_service(handle)
         wait_set.add_guard_condition(self._guard_handle)
         wait_set.wait(int(seconds * 1e9))
+        self.asked = any(wait_set.is_ready('service', index)
+                         for index in range(len(self._service_handles)))
         messages = []
-        for place, index in enumerate(indices):
-            if wait_set.is_ready('subscription', place):
+        for index in self._indices:
+            if wait_set.is_ready('subscription', index):
                 taken = self._takes[index](self._types[index], True)
                 if taken is not None:
                     messages.append((index, taken[0]))
-        if not brief:
-            self.asked = any(wait_set.is_ready('service', index)
-                             for index in range(len(self._service_handles)))
-            if messages and not self.asked and all(index in self._hot for index, _ in messages):
-                self._brief_until = time.monotonic() + BRIEF
+        if messages and not self.asked and all(index in self._hot for index, _ in messages):
+            self._brief_until = time.monotonic() + BRIEF
+        return messages
+
+    def _wait_briefly(self, wait_set: Any, seconds: float) -> list[Message]:
+        """Wait for hot messages alone: every entity in a wait costs the loop microseconds."""
+        wait_set.clear_entities()
+        for handle in self._hot_handles:
+            wait_set.add_subscription(handle)
+        wait_set.wait(int(seconds * 1e9))
+        messages = []
+        for index in self._hot:
+            taken = self._takes[index](self._types[index], True)
+            if taken is not None:
+                messages.append((index, taken[0]))
         return messages
 
     def take(self) -> list[Message]:
@@ -180,7 +189,6 @@ class WaitSetLoop:
         self._takes = [each.take_message for each in self._handles]
         self._types = [each.msg_type for each in self._subscriptions]
         self._indices = list(range(len(self._handles)))
-        self._hot_indices = self._hot
         self._hot_handles = [self._handles[index] for index in self._hot]
         self._service_handles = [each.handle for each in self._services]
         self._guard_handle = self._guard.handle

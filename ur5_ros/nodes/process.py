@@ -29,7 +29,8 @@ def pin_to_core(core: str) -> None:
     Keep this process, and every thread that it starts later, on one core.
 
     In lockstep only one of the two nodes works at a time, so that sharing a core saves the waking
-    of another; paced runs are better off without.
+    of another; paced runs are better off without.  Scheduled as a batch job, neither interrupts
+    the other when a message wakes it: the sender first ends its period (sched(7), SCHED_BATCH).
 
     Raises
     ------
@@ -42,6 +43,8 @@ def pin_to_core(core: str) -> None:
         raise Refusal(f'UR5_ROS_CORE is {core!r}; give one of: '
                       f'{", ".join(map(str, sorted(allowed)))}, or unset it')
     os.sched_setaffinity(0, {int(core)})
+    if os.sched_getscheduler(0) == os.SCHED_OTHER:  # whoever chose another policy has a reason
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def run_node(

@@ -106,7 +106,7 @@ class Recording:
         for message in self._buffer:
             self._writer.write(*message)
         self._buffer.clear()
-        self.write = self._recorder(self._writer)
+        self.write = self._writer.recorder(self._offset)
 
     def note(self, name: str, values: Mapping[str, Any]) -> None:
         """Add a metadata record to the bag, if one is open."""
@@ -128,14 +128,6 @@ class Recording:
         """Forget what waits, as no run was ever named."""
         self._lost += len(self._buffer)
         self._buffer.clear()
-
-    def _recorder(self, writer: BagWriter) -> Callable[[int, bytes], None]:
-        append, now, offset = writer.write, time.monotonic_ns, self._offset
-
-        def record(topic: int, data: bytes) -> None:
-            append(topic, now() + offset, data)
-
-        return record
 
     def _keep(self, topic: int, data: bytes) -> None:
         if len(self._buffer) < MOST_BUFFERED:

@@ -13,6 +13,7 @@ from ur5_ros.nodes.diagnostics import Refusals
 from ur5_ros.nodes.messages import MOST_RECORDED, EffortReader, read_message
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.serving import LoopRequests
+from ur5_ros.nodes.sim_period import PlainPeriod
 from ur5_ros.nodes.sim_services import StepQueue
 from ur5_ros.nodes.simulation import Simulation, push
 from ur5_ros.nodes.topics import HEARD, HOT, Topics
@@ -62,6 +63,7 @@ class SimInputs:
         self._prefix = parameters['tf_prefix']
         self._reader = EffortReader([self._prefix + name for name in JOINT_NAMES])
         self.hash = PayloadHash(self._reader.layout)
+        self._plain = PlainPeriod(simulation, gate, self._reader.layout)
         self._last = b''
         self._heard: dict[int, tuple[str, int, Any]] = {}
         for role, topic, message_type, qos, take in (
@@ -106,6 +108,14 @@ class SimInputs:
     def _take_command(self, topic: str, record: int, data: bytes) -> None:
         if data == self._last:
             self.copies += 1  # of an answer that is recorded and counted already
+            return
+        tau = self._plain.fits(data)
+        if tau is not None:
+            self._recording.write(record, data)
+            self.hash.add(data)
+            self._last = data
+            if not self._plain.step(tau, data):
+                self._gate.offer(topic, self._gate.stamp, tau)
             return
         stamp, names, effort = self._reader.read(data)
         if names is None:

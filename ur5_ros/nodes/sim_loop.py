@@ -37,14 +37,13 @@ class SimLoop:
         self._inputs = inputs
         self._gate = gate
         self._lockstep = lockstep
-        self._sent = 0.0
+        self._reminded = 0.0
 
     def begin(self) -> None:
         """Send state 1."""
         self._simulation.begin()
         self._gate.published(1)
         self._gate.resumed()
-        self._sent = time.monotonic()
 
     def turn(self) -> None:
         """Take a period, or wait a moment for what lets it be taken."""
@@ -56,7 +55,6 @@ class SimLoop:
         decision = gate.next()
         if decision.step:
             simulation.advance(decision.command)
-            self._sent = time.monotonic()
             gate.published(simulation.plant.k)
             inputs.answer_step()
             if not self._lockstep or decision.command is None:
@@ -73,6 +71,7 @@ class SimLoop:
     def _remind(self) -> None:
         """Send the state again if its answer may have been lost."""
         now = time.monotonic()
-        if self._inputs.last_was_stamped and now - self._sent >= RESEND:
-            self._sent = now
+        sent = max(self._gate.since, self._reminded)
+        if self._inputs.last_was_stamped and now - sent >= RESEND:
+            self._reminded = now
             self._simulation.outputs.state_again()

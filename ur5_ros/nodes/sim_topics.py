@@ -9,7 +9,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from ur5_ros.bag.cdr import FixedJointState, encode_clock, encode_string
+from ur5_ros.bag.cdr import FixedJointState, encode_stamp, encode_string
+from ur5_ros.bag.layout import LITTLE_ENDIAN
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.bag.status import status_array
 from ur5_ros.nodes.recording import Recording
@@ -81,11 +82,16 @@ class SimOutputs:
 
     def state(self, state: ArmState) -> None:
         """Send a new state, the clock before it."""
+        self.state_bytes(encode_stamp(state.stamp), state.q.tobytes(), state.qd.tobytes(),
+                         state.effort.tobytes())
+
+    def state_bytes(self, stamp: bytes, q: bytes, qd: bytes, effort: bytes) -> None:
+        """Send a new state whose parts are CDR bytes already."""
         write = self._recording.write
         if self._publish_clock is not None:
-            self._last_clock = encode_clock(state.stamp)
+            self._last_clock = LITTLE_ENDIAN + stamp
             self._publish_clock(self._last_clock)
-        data = self._states.encode(state.stamp, state.q, state.qd, state.effort)
+        data = self._states.join(stamp, q, qd, effort)
         self._publish_state(data)
         if self._publish_clock is not None:
             write(self._clock_id, self._last_clock)

@@ -94,9 +94,7 @@ class BulletArm:
                                      physicsClientId=self._client)
 
     def stepper(self) -> Callable[[list[float]], tuple[float, ...]]:
-        """
-        Return what :attr:`advance` is: a function bound to the bodies that are loaded now.
-        """
+        """Return what :attr:`advance` is: a function bound to the bodies that are loaded now."""
         body, joints, client, torque = self._body, self._joints, self._client, _TORQUE
         push, step = pybullet.setJointMotorControlArray, pybullet.stepSimulation
         read = pybullet.getJointStates
@@ -119,6 +117,12 @@ class BulletArm:
         """Return C(q, qd) qd + g(q) [N m], shape (6,)."""
         return np.array(pybullet.calculateInverseDynamics(self._body, q, qd, _ZEROS,
                                                           physicsClientId=self._client))
+
+    def mass_and_bias(self, q: list[float], qd: list[float]) -> tuple[tuple, tuple]:
+        """Return :meth:`mass_matrix` as rows and :meth:`bias`, as PyBullet gives them."""
+        body, client = self._body, self._client
+        return (pybullet.calculateMassMatrix(body, q, physicsClientId=client),
+                pybullet.calculateInverseDynamics(body, q, qd, _ZEROS, physicsClientId=client))
 
     def jacobian(self, q: list[float], point: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return J(q) of a point of ``tool0``, linear rows first, in ``base``; (6, 6)."""

@@ -131,6 +131,26 @@ class CommandGate:
         self._since = self._clock()
         self.pacer.start(self._k)
 
+    @property
+    def since(self) -> float:
+        """Steady time at which the present state went out, or a pause after it ended [s]."""
+        return self._since
+
+    @property
+    def stamp(self) -> int:
+        """Stamp of the present state [ns]."""
+        return self._stamp
+
+    def expects(self, stamp: int) -> bool:
+        """Tell whether in lockstep a command with this stamp [ns] would act at once."""
+        return (stamp == self._stamp and self._lockstep and self._started
+                and self._answer is None and self._candidate is None and not self._running_on)
+
+    def stepped(self, k: int) -> None:
+        """Take note that an expected command acted and that state ``k`` went out."""
+        self.accepted += 1
+        self.published(k)
+
     def offer_by_name(self, topic: str, stamp: int, names: Sequence[str],
                       effort: Sequence[float]) -> str | None:
         """

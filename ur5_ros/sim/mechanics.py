@@ -68,7 +68,7 @@ class Mechanics:
         """Set what acts beside the bodies, gravity and the motors."""
         self.effects = effects
         self._scheme = Scheme(effects, self.step_time)
-        self._plain = self._scheme.none
+        self.plain = self._scheme.none
 
     def place(self, q: Sequence[float], qd: Sequence[float]) -> None:
         """Put the joints there."""
@@ -102,13 +102,13 @@ class Mechanics:
 
         """
         before, held = self._now, NOBODY
-        if not self._plain:
+        if not self.plain:
             tau, held = self._scheme.engine_torque(self.bullet, self.joints, effort)
         now = self._now = self.bullet.advance(tau)
         if all(map(le, self._least, now)) and all(map(le, now, self._most)):  # no NaN is
             return np.array(now), held is NOBODY, held
         values = np.array(now)
-        if self._plain and self._beyond_a_stop(values):  # PyBullet has none: step back, again
+        if self.plain and self._beyond_a_stop(values):  # PyBullet has none: step back, again
             self.place(before[:6], before[6:])
             torque, held = self._scheme.engine_torque(self.bullet, self.joints, effort)
             self._now = self.bullet.advance(torque)
@@ -117,6 +117,17 @@ class Mechanics:
             self.place(before[:6], [0.0] * 6)
             raise FloatingPointError('the state of the arm ran away')
         return values, False, held
+
+    def advance_plainly(self, tau: Sequence[float], steps: int) -> tuple[float, ...] | None:
+        """Take steps under the motors alone; None, and nothing taken, where a limit is passed."""
+        before, advance = self._now, self.bullet.advance
+        for _ in range(steps):
+            now = advance(tau)
+            if not (all(map(le, self._least, now)) and all(map(le, now, self._most))):
+                self.bullet.place(before[:6], before[6:])
+                return None
+        self._now = now
+        return now
 
     def _beyond_a_stop(self, values: np.ndarray) -> bool:
         q, limits = values[:6], self.arm.limits

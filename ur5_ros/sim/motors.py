@@ -1,5 +1,6 @@
 """The motors: which joint torque a command or a fallback becomes."""
 
+from collections.abc import Sequence
 from math import isfinite
 from operator import le
 
@@ -9,9 +10,6 @@ from ur5_ros.errors import Refusal
 from ur5_ros.sim.fallback import fallback_torque
 from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.scheme import NOBODY
-
-
-_FLOAT = np.dtype(np.float64)
 
 
 class Motors:
@@ -52,21 +50,18 @@ class Motors:
             return command
         raise Refusal(f'command {command.tolist()}; give six finite torques [N m]')
 
-    def usual(self, command: np.ndarray) -> list[float] | None:
-        """Return a command that acts as it is, six torques; None where there is more to it."""
-        if self._excludes_gravity or type(command) is not np.ndarray or (
-                command.shape != (6,) or command.dtype != _FLOAT):
-            return None
-        tau = command.tolist()
-        return tau if all(map(le, map(abs, tau), self._strength)) else None  # no NaN is
+    def usual(self, tau: Sequence[float]) -> bool:
+        """Tell whether six torques act as they are: finite, within limits, gravity in them."""
+        return not self._excludes_gravity and all(map(le, map(abs, tau), self._strength))
 
     def obey(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the torque that a command becomes [N m] and the joints where it was clamped."""
         if self._excludes_gravity:
             command = command + self._mechanics.declared_gravity()
+        if all(map(le, map(abs, command.tolist()), self._strength)):
+            return command.copy(), NOBODY
         effort = np.minimum(np.maximum(command, -self._strongest), self._strongest)
-        clamped = effort != command
-        return effort, clamped if clamped.any() else NOBODY
+        return effort, effort != command
 
     def fall_back(self, mode: str) -> np.ndarray:
         """Return the torque of a fallback [N m]."""

@@ -15,7 +15,7 @@ from ur5_ros.sim.limits import LimitWatch, check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.motors import Motors
 from ur5_ros.sim.scheme import NOBODY
-from ur5_ros.sim.sensing import Sensor
+from ur5_ros.sim.sensing import Sensor, Snapshot
 
 
 def plant_from_parameters(parameters: Mapping[str, Any]) -> 'Plant':
@@ -54,8 +54,6 @@ class Plant:
     ----------
     k : int
         Control period of the present state, counted from 1.
-    state, truth : ArmState
-        The present state as the encoders tell it, and as it is.
     exact_sensing : bool
         Whether ``state`` is ``truth``: neither noise nor delay of states is on.
     stopped : bool
@@ -86,10 +84,21 @@ class Plant:
         self._fallback = ''
         self._wrench_end: int | None = None
         self._counters = {'fallback_periods': 0, 'protective_stops': 0, 'resets': 0}
+        self._measured: ArmState | None = None
         self.k = 1
         self.stopped = False
         self._settle()
         self._start()
+
+    @property
+    def truth(self) -> ArmState:
+        """The present state as it is."""
+        return self._truth()
+
+    @property
+    def state(self) -> ArmState:
+        """The present state as the encoders tell it."""
+        return self._truth() if self._measured is None else self._measured
 
     @property
     def stamp(self) -> int:
@@ -123,26 +132,21 @@ class Plant:
 
         """
         clamped = held = NOBODY
-        ran_away, mechanics, tau = False, self._mechanics, None
+        ran_away, mechanics = False, self._mechanics
         if command is not None:
-            tau = self._motors.usual(command)
-            if tau is None:
-                command = self._motors.read(command)
+            command = self._motors.read(command)
         k = self.k
         if k == self._wrench_end:
             self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         if self._commands_delayed:
-            command, tau = self._exchange(command), None
+            command = self._exchange(command)
         if command is None or self.stopped:
-            effort, tau = self._fall_back(), None
+            effort = self._fall_back()
         else:
             if self._fallback:
                 self._tell_fallback('')
-            if tau is None:
-                effort, clamped = self._motors.obey(command)
-            else:
-                effort = np.array(tau)
-        tau = tau or effort.tolist()
+            effort, clamped = self._motors.obey(command)
+        tau = effort.tolist()
         for _ in range(self._substeps):
             try:
                 values, ordinary, at_stop = mechanics.advance(effort, tau)
@@ -154,12 +158,44 @@ class Plant:
                 held = held | at_stop
         self.k = k + 1
         stamp = stamp_of_period(k + 1, self._rate)
-        self.truth = ArmState(stamp, values[:6], values[6:], effort)
+        self._truth = Snapshot(stamp, values, effort)
         if not ordinary or clamped is not NOBODY or not self._watch.quiet:
             self._look_at_limits(k, clamped, held)
         if ran_away:
             self._stop(JOINT_NAMES, 'the state ran away and was put back at rest')
         return self._sense()
+
+    def takes(self, tau: Sequence[float]) -> bool:
+        """
+        Tell whether six torques [N m] would act as they are, nothing added, nothing to tell.
+
+        :meth:`step_plainly` may then be asked for the next period.
+        """
+        return (self._plain and not (self.stopped or self._fallback or self._events)
+                and self.k != self._wrench_end and self._watch.quiet and self._motors.usual(tau))
+
+    def step_plainly(self, tau: Sequence[float]) -> tuple[float, ...] | None:
+        """
+        Advance one control period as :meth:`step` does, without arrays.
+
+        Parameters
+        ----------
+        tau : sequence of float
+            Six torques that the plant :meth:`takes` [N m].
+
+        Returns
+        -------
+        tuple of float, or None
+            Positions [rad] and velocities [rad/s] of the next state; None if a joint would pass
+            a limit: nothing has then changed, and :meth:`step` has to be asked.
+
+        """
+        values = self._mechanics.advance_plainly(tau, self._substeps)
+        if values is not None:
+            self.k += 1
+            self._truth = Snapshot(self.stamp, values, tau)
+            self._sensor.remember(self.k, self._truth)
+        return values
 
     def change(self, name: str, value: Any) -> None:
         """
@@ -228,7 +264,7 @@ class Plant:
         self._mechanics.place(self.parameters['initial_positions'],
                               self.parameters['initial_velocities'])
         values = self._mechanics.values()
-        self.truth = ArmState(self.stamp, values[:6], values[6:], np.zeros(6))
+        self._truth = Snapshot(self.stamp, values, np.zeros(6))
         self._sense()
 
     def _settle(self) -> None:
@@ -240,16 +276,20 @@ class Plant:
                          given['noise.velocity'], given['seed'])
         self.exact_sensing = not any(self._sensing[:3])
         self._commands_delayed = given['delay.command_periods'] > 0 or self._delay.busy
+        self._plain = (self.exact_sensing and not self._commands_delayed and self._mechanics.plain
+                       and given['effort_convention'] == 'total')
 
     def _sense(self) -> ArmState:
-        self._sensor.remember(self.k, self.truth)
-        self.state = self.truth if self.exact_sensing else self._sensor.measured(*self._sensing)
+        self._sensor.remember(self.k, self._truth)
+        self._measured = None if self.exact_sensing else self._sensor.measured(*self._sensing)
         return self.state
 
     def _exchange(self, command: np.ndarray | None) -> np.ndarray | None:
         delay = self.parameters['delay.command_periods']
         command = self._delay.exchange(self.k, command, delay)
         self._commands_delayed = delay > 0 or self._delay.busy
+        if not self._commands_delayed:
+            self._settle()
         return command
 
     def _fall_back(self) -> np.ndarray:

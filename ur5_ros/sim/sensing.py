@@ -1,6 +1,7 @@
 """What the encoders tell: the state, late and with noise, the same for every order of asking."""
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -32,18 +33,48 @@ class Noise:
         return self._numbers.standard_normal(12)
 
 
+class Snapshot:
+    """
+    A true state as PyBullet gave it; it becomes arrays when somebody asks.
+
+    Parameters
+    ----------
+    stamp : int
+        Simulated time [ns].
+    values : array_like, shape (12,)
+        Six positions [rad], six velocities [rad/s].
+    effort : array_like, shape (6,)
+        Six torques [N m].
+
+    """
+
+    __slots__ = ('_effort', '_stamp', '_state', '_values')
+
+    def __init__(self, stamp: int, values: Sequence[float] | np.ndarray,
+                 effort: Sequence[float] | np.ndarray):
+        self._stamp, self._values, self._effort = stamp, values, effort
+        self._state: ArmState | None = None
+
+    def __call__(self) -> ArmState:
+        """Return the state."""
+        if self._state is None:
+            values = np.array(self._values)
+            self._state = ArmState(self._stamp, values[:6], values[6:], np.array(self._effort))
+        return self._state
+
+
 class Sensor:
     """Remembers the true states and tells the measured one."""
 
     def __init__(self):
         self._noise = Noise()
-        self._past: deque[tuple[int, ArmState]] = deque(maxlen=_KEPT)
+        self._past: deque[tuple[int, Snapshot]] = deque(maxlen=_KEPT)
 
     def forget(self) -> None:
         """Drop the past, as a reset does: a delayed state then shows the oldest one after it."""
         self._past.clear()
 
-    def remember(self, k: int, truth: ArmState) -> None:
+    def remember(self, k: int, truth: Snapshot) -> None:
         """Keep the true state of period ``k``."""
         self._past.append((k, truth))
 
@@ -66,8 +97,9 @@ class Sensor:
             The stamp of the newest state with the content of ``delay`` periods before.
 
         """
-        now = self._past[-1][1]
-        k, content = self._past[max(-1 - delay, -len(self._past))]
+        now = self._past[-1][1]()
+        k, past = self._past[max(-1 - delay, -len(self._past))]
+        content = past()
         q, qd = content.q, content.qd
         if position > 0.0 or velocity > 0.0:
             noise = self._noise.of_period(seed, k)
