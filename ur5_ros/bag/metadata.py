@@ -86,7 +86,24 @@ def to_yaml(data: Any) -> str:
 
 def describe_bag(files: Sequence[FileEntry], topics: Sequence[TopicEntry],
                  custom_data: Mapping[str, str]) -> dict[str, Any]:
-    """Return what stands below ``rosbag2_bagfile_information``."""
+    """
+    Return what stands below ``rosbag2_bagfile_information``.
+
+    Parameters
+    ----------
+    files : sequence of FileEntry
+        The MCAP files, in order; times in [ns].
+    topics : sequence of TopicEntry
+        Each with its number of messages.
+    custom_data : mapping of str to str
+        The node's description of the run.
+
+    Returns
+    -------
+    dict
+        Plain values, as rosbag2 (metadata version 9) orders them.
+
+    """
     starts = [file.start for file in files if file.start is not None]
     start = min(starts, default=NEVER)
     end = max((file.end for file in files if file.start is not None), default=NEVER)

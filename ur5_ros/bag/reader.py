@@ -179,7 +179,30 @@ class Bag:
         return collector.result()
 
     def joint_states(self, topic: str, names: Sequence[str] | None = None) -> Columns:
-        """Return position, velocity and effort of a sensor_msgs/JointState topic; see load."""
+        """
+        Return a sensor_msgs/JointState topic as arrays.
+
+        Parameters
+        ----------
+        topic : str
+            Name of the topic in the bag.
+        names : sequence of str, optional
+            Joints wanted, in this order; those of the first message if not given.
+
+        Returns
+        -------
+        Columns
+            Stamps [ns], shape (n,); position [rad], velocity [rad/s] and effort [N m], each of
+            shape (n, number of joints).
+
+        Raises
+        ------
+        Refusal
+            If the topic is not there or of another type.
+        BagProblem
+            As :meth:`load`.
+
+        """
         info = self._info(topic)
         if info.type != 'sensor_msgs/msg/JointState':
             raise Refusal(f'{self.path}: topic {topic} is {info.type}, '

@@ -59,7 +59,17 @@ def judge(run: Path) -> Result:
 
 
 def write(result: Result, json: Path | None, html: Path | None, junit: Path | None) -> None:
-    """Write a result to those of the files that are asked for."""
+    """
+    Write a result to those of the files that are asked for; folders are made.
+
+    Parameters
+    ----------
+    result : Result
+        What was found.
+    json, html, junit : pathlib.Path or None
+        Where to, in which form.
+
+    """
     for path in (json, html, junit):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -52,7 +52,19 @@ class ArmScene:
                     self._frames[joint.name].wxyz = quaternion(rotation)
 
     def path(self, name: str, points: np.ndarray, colour: tuple[int, int, int]) -> None:
-        """Draw a line through points (n, 3) [m]; rows with NaN are left out."""
+        """
+        Draw a line.
+
+        Parameters
+        ----------
+        name : str
+            A line of the same name is replaced.
+        points : numpy.ndarray, shape (n, 3)
+            Where it goes, in the root frame [m]; rows with NaN are left out.
+        colour : tuple of int
+            Red, green and blue, 0 to 255.
+
+        """
         points = points[np.isfinite(points).all(axis=1)]
         if len(points) < 2:
             return

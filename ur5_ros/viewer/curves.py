@@ -50,7 +50,17 @@ class Curve:
             self._chart.data = self._data(row)
 
     def show(self, t: np.ndarray, values: np.ndarray) -> None:
-        """Draw other data, with the mark at their end."""
+        """
+        Draw other data, with the mark at their end.
+
+        Parameters
+        ----------
+        t : numpy.ndarray, shape (n,)
+            Time [s].
+        values : numpy.ndarray, shape (n, number of names)
+            What is drawn; NaN leaves a gap.
+
+        """
         self._t, self._values, self._row = t, values, len(t) - 1
         self._chart.scales = self._scales()
         self._chart.data = self._data(self._row)

@@ -68,7 +68,22 @@ def _scaled(view: View, length: float) -> View:
 
 
 def numbers(track: Track, row: int) -> str:
-    """Return time, tool position, tool error and largest torque of a row, as one sentence."""
+    """
+    Return a row in words.
+
+    Parameters
+    ----------
+    track : Track
+        The run.
+    row : int
+        Which of its rows.
+
+    Returns
+    -------
+    str
+        Time [s], tool position [m], tool error [mm] and largest torque [N m], as Markdown.
+
+    """
     x, y, z = track.tool[row]
     said = f'**t = {track.t[row]:.3f} s**, tool at ({x:.4f}, {y:.4f}, {z:.4f}) m'
     if np.isfinite(track.tool_error[row]):

@@ -59,7 +59,22 @@ def tree_of(arm: ArmParameters) -> UrdfTree:
 
 
 def tool_positions(tree: UrdfTree, q: np.ndarray) -> np.ndarray:
-    """Return the origin of the last frame in the root frame [m]: (n, 6) -> (n, 3)."""
+    """
+    Return where the tool is.
+
+    Parameters
+    ----------
+    tree : UrdfTree
+        The arm.
+    q : numpy.ndarray, shape (n, 6)
+        Joint positions, base to wrist [rad].
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 3)
+        Origin of ``tool0``, or of the last frame where there is none, in the root frame [m].
+
+    """
     poses = link_poses(tree, joint_angles(tree, q))
     last = 'tool0' if 'tool0' in poses else tree.joints[-1].child
     name = next((link for link in poses if link.endswith('tool0')), last)
@@ -67,7 +82,22 @@ def tool_positions(tree: UrdfTree, q: np.ndarray) -> np.ndarray:
 
 
 def joint_angles(tree: UrdfTree, q: np.ndarray) -> dict[str, np.ndarray]:
-    """Return positions (..., 6) by the joint names of the tree, whatever their prefix."""
+    """
+    Return joint positions by the names of the tree, whatever their prefix.
+
+    Parameters
+    ----------
+    tree : UrdfTree
+        The arm.
+    q : numpy.ndarray, shape (..., 6)
+        Joint positions, base to wrist [rad].
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (...)
+        Angle of each joint [rad].
+
+    """
     angles = {}
     for joint in tree.joints:
         for i, name in enumerate(JOINT_NAMES):
