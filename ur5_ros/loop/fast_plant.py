@@ -97,7 +97,7 @@ class FastPlant:
         bullet, scheme, delay, last = self._world(), self._scheme, self._delay, self._periods - 1
         advance, answer, substeps = bullet.stepper(), law.compute, range(self._substeps)
         given, commands, at, before = law.given, torque[:, TOTAL], 0, None
-        values = tuple(states[0].tolist())
+        values, page = tuple(states[0].tolist()), states.data.cast('B')
         for k, (row, true, noise, wanted, out) in enumerate(
                 zip(*told.rows(), zip(*table, strict=True), torque, strict=True)):
             if noise is not None:
@@ -121,7 +121,7 @@ class FastPlant:
                         return False
                 values = advance(tau)
                 at += _ROW
-                _write(states, at, *values)
+                _write(page, at, *values)
         return True
 
     def _fall_back(self, bullet: BulletArm, values: tuple[float, ...]) -> np.ndarray:

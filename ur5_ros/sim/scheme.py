@@ -8,12 +8,26 @@ The plant's scheme: what PyBullet does not model, added as torque, one physics s
 M, C, g and J are PyBullet's, at the state before the step.
 """
 
+import struct
 from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.model.compiled import B1, R1, W1, kernel
 from ur5_ros.sim.bullet_arm import BulletArm
-from ur5_ros.sim.resistance import resisted_change
+from ur5_ros.sim.resistance import WORK, resist
+
+#: A joint this near to a stop touches it [rad]; rounding is a thousand times smaller.
+_TOUCH = 1e-12
+#: No joint is concerned.
+NOBODY = np.zeros(6, dtype=bool)
+NOBODY.flags.writeable = False
+
+#: What :func:`scheme_torque` comes to.
+HELD, FAILED = 1, 2
+#: Lengths of its input (M, C qd + g, q, qd, torque) and of its working space.
+STATE, WORKING = 60, 66 + WORK
+_write = struct.Struct(f'{STATE}d').pack_into
 
 
 class Effects(NamedTuple):
@@ -55,12 +69,14 @@ class Scheme:
 
     def __init__(self, effects: Effects, step_time: float):
         self._effects = effects
-        self._step_time = step_time
-        self._added = np.diag(effects.armature / step_time + effects.viscous)
-        self._dry = bool(effects.coulomb.any())
-        self._viscous = bool(effects.viscous.any())
         self._pushed = bool(effects.wrench.any())
-        self.none = not (effects.armature.any() or self._dry or self._viscous or self._pushed)
+        self._given = np.concatenate([
+            effects.armature / step_time + effects.viscous, effects.viscous, effects.coulomb,
+            effects.lower, effects.upper, [step_time]])
+        self._state, self._work, self._torque = np.empty(STATE), np.empty(WORKING), np.empty(6)
+        self._page = self._state.data.cast('B')
+        self._held = np.zeros(6, dtype=bool)
+        self.none = not (self._pushed or self._given[:18].any())
         """Whether PyBullet's own step under the motors' torque is the whole truth."""
 
     def engine_torque(self, arm: BulletArm, joints: Joints,
@@ -85,36 +101,49 @@ class Scheme:
             The joints that a stop holds back in this step.
 
         """
-        effects, h = self._effects, self._step_time
-        q, qd = np.array(joints.q), np.array(joints.qd)
-        M = arm.mass_matrix(joints.q)
-        bias = arm.bias(joints.q, joints.qd)
-        drive = tau - bias
-        if self._viscous:
-            drive = drive - effects.viscous * qd
+        rows, bias = arm.mass_and_bias(joints.q, joints.qd)
         if self._pushed:
-            drive = drive + tool_torque(arm, joints, effects)
-        A, held = M / h + self._added, NOBODY
-        delta = None if self._dry else np.linalg.solve(A, drive)
-        if delta is None or not _within(q + h * (qd + delta), effects):
-            delta, _ = resisted_change(A, drive, qd, effects.coulomb, (effects.lower - q) / h,
-                                       (effects.upper - q) / h)
-            reached = q + h * (qd + delta)
-            held = (reached >= effects.upper - _TOUCH) | (reached <= effects.lower + _TOUCH)
-        return (M @ (delta / h) + bias).tolist(), held if held.any() else NOBODY
+            tau = tau + tool_torque(arm, joints, self._effects)
+        _write(self._page, 0, *rows[0], *rows[1], *rows[2], *rows[3], *rows[4], *rows[5], *bias,
+               *joints.q, *joints.qd, *tau)
+        given = self._state, self._given, self._work, self._torque, self._held
+        try:
+            code = scheme_torque.single(*given)
+        except TypeError:  # not compiled yet
+            code = scheme_torque.run(1, [], [], given)
+        if code == FAILED:
+            raise ArithmeticError('the resistance of the joints was not found')
+        return self._torque.tolist(), self._held.copy() if code == HELD else NOBODY
+
+
+@kernel(R1, R1, W1, W1, B1)
+def scheme_torque(state, given, work, torque, held):
+    """Write the torque of :meth:`Scheme.engine_torque` and who is held; return what came of it."""
+    m, bias, q, qd, tau = state[:36], state[36:42], state[42:48], state[48:54], state[54:60]
+    added, viscous, level = given[:6], given[6:12], given[12:18]
+    lower, upper, h = given[18:24], given[24:30], given[30]
+    A, drive = work[:36].reshape((6, 6)), work[36:42]
+    lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
+    for i in range(6):
+        drive[i] = tau[i] - bias[i] - viscous[i] * qd[i]
+        lowest[i], highest[i] = (lower[i] - q[i]) / h, (upper[i] - q[i]) / h
+        for j in range(6):
+            A[i, j] = m[6 * i + j] / h
+        A[i, i] += added[i]
+    if resist(A, drive, qd, level, lowest, highest, work[66:], delta, f):
+        return FAILED
+    code = 0
+    for i in range(6):
+        reached = q[i] + h * (qd[i] + delta[i])
+        held[i] = reached >= upper[i] - _TOUCH or reached <= lower[i] + _TOUCH
+        if held[i]:
+            code = HELD
+        torque[i] = bias[i]
+        for j in range(6):
+            torque[i] += m[6 * i + j] * (delta[j] / h)
+    return code
 
 
 def tool_torque(arm: BulletArm, joints: Joints, effects: Effects) -> np.ndarray | float:
     """Return J^T w [N m]."""
     return arm.jacobian(joints.q).T @ effects.wrench if effects.wrench.any() else 0.0
-
-
-def _within(q: np.ndarray, effects: Effects) -> bool:
-    return bool(((effects.lower < q) & (q < effects.upper)).all())
-
-
-#: A joint this near to a stop touches it [rad]; rounding is a thousand times smaller.
-_TOUCH = 1e-12
-#: No joint is concerned.
-NOBODY = np.zeros(6, dtype=bool)
-NOBODY.flags.writeable = False
