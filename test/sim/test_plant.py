@@ -384,3 +384,61 @@ def test_a_window_without_a_screen_is_refused_before_pybullet_ends_the_process(
     monkeypatch.setenv('DISPLAY', display)
     with pytest.raises(Refusal, match='set gui to false'):
         plant_of(gui=True)
+
+
+@pytest.mark.parametrize('given', [
+    {}, {'physics_rate': 4000}, {'arm': 'ur10e'}, {'overspeed_stop': True}, {'fallback': 'brake'}])
+@pytest.mark.parametrize('seed', range(3))
+def test_a_plain_step_is_a_step_to_the_last_bit_or_none_at_all(plant_of, given, seed):
+    one, two = plant_of(**given), plant_of(**given)
+    rng = np.random.default_rng(seed)
+    plain = 0
+    for _ in range(1500):
+        inertia = one._mechanics.bullet.mass_matrix(one.truth.q.tolist())
+        push = rng.normal(size=6) * (1.0, 10.0, 60.0)[seed] - 5.0 * one.truth.qd
+        command = one._mechanics.declared_gravity() + inertia @ push  # carried, shaken, damped
+        tau = command.tolist()
+        values = None
+        if rng.random() < 0.01:
+            tau = command = None  # the fallback
+        elif one.takes(tau):
+            values = one.step_plainly(tau)
+            plain += values is not None
+        if values is None:
+            one.step(command)
+        two.step(command)
+        for here, there in zip(one.state, two.state, strict=True):
+            assert np.array_equal(here, there)
+        assert values is None or np.array_equal(values, [*two.truth.q, *two.truth.qd])
+        assert one.drain_events() == two.drain_events() and one.counters == two.counters
+        assert one.stopped == two.stopped and one.k == two.k
+        if two.stopped or rng.random() < 0.002:
+            one.reset()
+            two.reset()
+    assert plain > 20
+
+
+def test_a_plain_step_is_refused_while_anything_else_acts(plant_of):
+    tau = [0.0] * 6
+    plant = plant_of()
+    plant.step(np.zeros(6))
+    plant.drain_events()
+    assert plant.takes(tau)
+    for name, value, usual in (
+            ('noise.position', 1e-4, 0.0), ('delay.command_periods', 2, 0),
+            ('delay.state_periods', 2, 0), ('friction.viscous', [1.0] * 6, [0.0] * 6)):
+        plant.change(name, value)
+        plant.drain_events()
+        assert not plant.takes(tau), name
+        plant.change(name, usual)
+        for _ in range(5):
+            plant.step(np.zeros(6))
+        plant.drain_events()
+        assert plant.takes(tau), name
+    plant.apply_wrench([0.0, 0.0, 1.0], [0.0, 0.0, 0.0])
+    plant.drain_events()
+    assert not plant.takes(tau)
+    for wrong in ([np.nan] + [0.0] * 5, [1e4] + [0.0] * 5):
+        assert not plant_of().takes(wrong)
+    assert not plant_of(effort_convention='gravity_excluded').takes(tau)
+    assert not plant_of(arm='ur5_real').takes(tau)

@@ -24,7 +24,7 @@ from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.law import torque_of, warm_up, within_limits
 from ur5_ros.control.ordinary import OrdinaryPeriods
-from ur5_ros.control.plausibility import CLOCK_GAP, Arrival, StateGate, bounds, joint_beyond
+from ur5_ros.control.plausibility import Arrival, StateGate, bounds, joint_beyond
 from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
 from ur5_ros.control.timeline import Timeline
@@ -103,8 +103,7 @@ class Controller:
         if last is not None:
             if stamp == last.stamp:
                 return last
-            answer = self._ordinary_answer(state)
-            if answer is not None:
+            if (answer := self._ordinary_answer(state)) is not None:
                 return answer
         arrival = self._gate.take(state, settings.max_state_jump)
         if arrival is Arrival.FOLLOWS:
@@ -133,18 +132,17 @@ class Controller:
 
     def _ordinary_answer(self, state: ArmState) -> Answer | None:
         """Return the answer where nothing but the law has a say, in a third of the time."""
-        before, stamp = self._gate.last, state.stamp
-        if (not self._ordinary.possible or self._goals.active or before is None
-                or not 0 <= stamp - before.stamp <= CLOCK_GAP):
+        before = self._gate.followed_by(state.stamp)
+        if before is None or self._goals.active or not self._ordinary.possible:
             return None
-        reference = self._timeline.at(stamp, self._settings.motion_limits)
+        reference = self._timeline.at(state.stamp, self._settings.motion_limits)
         parts = self._ordinary.torque(state, before, reference)
         if parts is None:
             return None
         self._gate.believe(state, Arrival.FOLLOWS)
         self._waiting = self._beyond = False
-        self._answer = answer = Answer(stamp, parts, reference, self._word(), '')
-        return answer
+        self._answer = Answer(state.stamp, parts, reference, self._word(), '')
+        return self._answer
 
     def start_experiment(self) -> None:
         """Move to where the experiment begins and start it; refused if there is none."""
@@ -162,23 +160,15 @@ class Controller:
         """Move to a tool pose; see :func:`~ur5_ros.control.plans.plan_pose`."""
         self._ask('target_pose', plans.plan_pose, pose, frame)
 
-    def joint_trajectory(
-        self,
-        names: Sequence[str],
-        points: Sequence[TrajectoryPoint],
-        stamp: int = 0,
-    ) -> None:
+    def joint_trajectory(self, names: Sequence[str], points: Sequence[TrajectoryPoint],
+                         stamp: int = 0) -> None:
         """Follow a joint trajectory; see :func:`~ur5_ros.control.plans.plan_trajectory`."""
         self._ask('joint_trajectory', plans.plan_trajectory, names, points, stamp, self.stamp)
 
     def follow_joint_trajectory(
-        self,
-        names: Sequence[str],
-        points: Sequence[TrajectoryPoint],
-        stamp: int = 0,
+        self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: int = 0,
         path_tolerance: Sequence[JointTolerance] = (),
-        goal_tolerance: Sequence[JointTolerance] = (),
-        goal_time: float = 0.0,
+        goal_tolerance: Sequence[JointTolerance] = (), goal_time: float = 0.0,
     ) -> int:
         """
         Follow a joint trajectory as the action FollowJointTrajectory does: judged on the way.

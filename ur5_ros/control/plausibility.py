@@ -90,6 +90,11 @@ class StateGate:
         self._suspect = state
         return verdict
 
+    def followed_by(self, stamp: int) -> ArmState | None:
+        """Return the last state believed, if a state with this stamp [ns] just follows it."""
+        last = self.last
+        return last if last is not None and 0 <= stamp - last.stamp <= CLOCK_GAP else None
+
     def believe(self, state: ArmState, verdict: Arrival) -> Arrival:
         """Remember a state as the last one believed; return ``verdict``."""
         self.last, self._suspect, self._run = state, None, 0

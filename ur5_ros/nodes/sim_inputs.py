@@ -115,7 +115,7 @@ class SimInputs:
             self.hash.add(data)
             self._last = data
             if not self._plain.step(tau, data):
-                self._gate.offer(topic, self._gate.stamp, tau)
+                self._gate.offer(topic, self._simulation.plant.stamp, tau)
             return
         stamp, names, effort = self._reader.read(data)
         if names is None:

@@ -1,7 +1,7 @@
 """Commands that make no sense: found, counted by reason, told without flooding."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -72,3 +72,38 @@ class RefusalCount:
         self._told[key] = now
         return event(stamp, 'refused', f'{topic}: command refused: {reason} ({count} so far)',
                      topic=topic, reason=reason, count=count)
+
+
+class Crowd:
+    """Watches who publishes commands; more than one is told by name."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, list[str]] = {}
+
+    def look(self, names: Mapping[str, Sequence[str]], stamp: int) -> tuple[bool, Event | None]:
+        """
+        Take note of the publishers.
+
+        Parameters
+        ----------
+        names : mapping of str to sequence of str
+            Names of the nodes by topic.
+        stamp : int
+            Of the present state [ns].
+
+        Returns
+        -------
+        bool
+            Whether there is more than one.
+        Event or None
+            What to tell, if they are others than before.
+
+        """
+        crowd = {topic: sorted(who) for topic, who in names.items() if who}
+        everybody = [name for who in crowd.values() for name in who]
+        changed, self._known = crowd != self._known, crowd
+        if len(everybody) < 2 or not changed:
+            return len(everybody) > 1, None
+        return True, event(stamp, 'publishers', f'{len(everybody)} publishers command the arm: '
+                           f'{", ".join(everybody)}; the first valid answer acts, the run cannot '
+                           'be repeated', topics=sorted(crowd), names=everybody)

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.signals import stamp_of_period
-from ur5_ros.sim.command_check import RefusalCount, in_joint_order, is_finite
+from ur5_ros.sim.command_check import Crowd, RefusalCount, in_joint_order, is_finite
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.pacing import Pacer
 
@@ -96,7 +96,7 @@ class CommandGate:
         self.accepted, self.fired, self.repeatable = 0, 0, True
         self._refusals = RefusalCount(clock)
         self._events: list[Event] = []
-        self._crowd: dict[str, list[str]] = {}
+        self._crowd = Crowd()
         self._answer: np.ndarray | None = None
         self._answer_stamp = 0
         self._candidate: np.ndarray | None = None
@@ -135,11 +135,6 @@ class CommandGate:
     def since(self) -> float:
         """Steady time at which the present state went out, or a pause after it ended [s]."""
         return self._since
-
-    @property
-    def stamp(self) -> int:
-        """Stamp of the present state [ns]."""
-        return self._stamp
 
     def expects(self, stamp: int) -> bool:
         """Tell whether in lockstep a command with this stamp [ns] would act at once."""
@@ -227,16 +222,10 @@ class CommandGate:
 
     def publishers(self, names: Mapping[str, Sequence[str]]) -> None:
         """Take note of who publishes on the command topics; more than one is told by name."""
-        crowd = {topic: sorted(who) for topic, who in names.items() if who}
-        if crowd == self._crowd:
-            return
-        self._crowd = crowd
-        everybody = [name for who in crowd.values() for name in who]
-        if len(everybody) > 1:
-            self.repeatable = False
-            self._tell('publishers', f'{len(everybody)} publishers command the arm: '
-                       f'{", ".join(everybody)}; the first valid answer acts, the run cannot be '
-                       'repeated', topics=sorted(crowd), names=everybody)
+        crowd, event = self._crowd.look(names, self._stamp)
+        self.repeatable = self.repeatable and not crowd
+        if event is not None:
+            self._events.append(event)
 
     def drain_events(self) -> list[Event]:
         """Return what is to be recorded since the last call."""
@@ -244,8 +233,7 @@ class CommandGate:
         return events
 
     def _forget(self) -> None:
-        self._answer = self._candidate = None
-        self._answer_stamp = 0
+        self._answer, self._candidate, self._answer_stamp = None, None, 0
 
     def _take(self, command: np.ndarray) -> None:
         self._answer, self._candidate = command, None

@@ -10,8 +10,9 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
 from ur5_ros.sim.conditions import Conditions
-from ur5_ros.sim.events import Event, event
-from ur5_ros.sim.limits import LimitWatch, check_initial_state, check_rates
+from ur5_ros.sim.diary import Diary
+from ur5_ros.sim.events import Event
+from ur5_ros.sim.limits import check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.motors import Motors
 from ur5_ros.sim.scheme import NOBODY
@@ -56,8 +57,6 @@ class Plant:
         Control period of the present state, counted from 1.
     exact_sensing : bool
         Whether ``state`` is ``truth``: neither noise nor delay of states is on.
-    stopped : bool
-        Whether a protective stop is latched: the brake acts until :meth:`reset`.
 
     Raises
     ------
@@ -77,16 +76,12 @@ class Plant:
         self._mechanics = Mechanics(arm, 1.0 / physics_rate, self.parameters['gui'])
         self._motors = Motors(self._mechanics, self._substeps / physics_rate,
                               self.parameters['effort_convention'] == 'gravity_excluded')
-        self._watch = LimitWatch()
+        self._diary = Diary(arm)
         self._sensor = Sensor()
         self._delay = CommandDelay()
-        self._events: list[Event] = []
-        self._fallback = ''
         self._wrench_end: int | None = None
-        self._counters = {'fallback_periods': 0, 'protective_stops': 0, 'resets': 0}
         self._measured: ArmState | None = None
         self.k = 1
-        self.stopped = False
         self._settle()
         self._start()
 
@@ -108,8 +103,12 @@ class Plant:
     @property
     def counters(self) -> dict[str, int]:
         """Return how often what happened."""
-        return self._counters | {f'limit_{kind}_periods': count
-                                 for kind, count in self._watch.periods.items()}
+        return self._diary.counters
+
+    @property
+    def stopped(self) -> bool:
+        """Whether a protective stop is latched: the brake acts until :meth:`reset`."""
+        return self._diary.stopped
 
     def step(self, command: np.ndarray | None) -> ArmState:
         """
@@ -132,10 +131,9 @@ class Plant:
 
         """
         clamped = held = NOBODY
-        ran_away, mechanics = False, self._mechanics
+        ran_away, mechanics, k = False, self._mechanics, self.k
         if command is not None:
             command = self._motors.read(command)
-        k = self.k
         if k == self._wrench_end:
             self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         if self._commands_delayed:
@@ -143,8 +141,7 @@ class Plant:
         if command is None or self.stopped:
             effort = self._fall_back()
         else:
-            if self._fallback:
-                self._tell_fallback('')
+            self._diary.fall_back(self.stamp, '')
             effort, clamped = self._motors.obey(command)
         tau = effort.tolist()
         for _ in range(self._substeps):
@@ -159,10 +156,11 @@ class Plant:
         self.k = k + 1
         stamp = stamp_of_period(k + 1, self._rate)
         self._truth = Snapshot(stamp, values, effort)
-        if not ordinary or clamped is not NOBODY or not self._watch.quiet:
-            self._look_at_limits(k, clamped, held)
+        if not ordinary or clamped is not NOBODY or self._diary.near_limits:
+            self._diary.look_at_limits(stamp_of_period(k, self._rate), self.truth, clamped, held,
+                                       self.parameters['overspeed_stop'])
         if ran_away:
-            self._stop(JOINT_NAMES, 'the state ran away and was put back at rest')
+            self._diary.stop(stamp, JOINT_NAMES, 'the state ran away and was put back at rest')
         return self._sense()
 
     def takes(self, tau: Sequence[float]) -> bool:
@@ -171,8 +169,8 @@ class Plant:
 
         :meth:`step_plainly` may then be asked for the next period.
         """
-        return (self._plain and not (self.stopped or self._fallback or self._events)
-                and self.k != self._wrench_end and self._watch.quiet and self._motors.usual(tau))
+        return (self._plain and self._diary.quiet and self.k != self._wrench_end
+                and self._motors.usual(tau))
 
     def step_plainly(self, tau: Sequence[float]) -> tuple[float, ...] | None:
         """
@@ -242,8 +240,8 @@ class Plant:
     def reset(self) -> ArmState:
         """Return the initial state under the next stamp; commands under way are dropped."""
         self.k += 1
-        self.stopped = False
-        self._counters['resets'] += 1
+        self._diary.stopped = False
+        self._diary.counts['resets'] += 1
         self._delay.clear()
         self._sensor.forget()
         self._start()
@@ -253,8 +251,7 @@ class Plant:
 
     def drain_events(self) -> list[Event]:
         """Return what happened since the last call, in the order in which it did."""
-        events, self._events = self._events, []
-        return events
+        return self._diary.drain()
 
     def close(self) -> None:
         """Leave PyBullet."""
@@ -294,33 +291,9 @@ class Plant:
 
     def _fall_back(self) -> np.ndarray:
         mode = 'brake' if self.stopped else self.parameters['fallback']
-        if mode != self._fallback:
-            self._tell_fallback(mode)
-        self._counters['fallback_periods'] += 1
+        self._diary.fall_back(self.stamp, mode)
+        self._diary.counts['fallback_periods'] += 1
         return self._motors.fall_back(mode)
 
-    def _look_at_limits(self, k: int, clamped: np.ndarray, held: np.ndarray) -> None:
-        """Tell who began or ceased to touch a limit in the step from ``k``."""
-        before, after = stamp_of_period(k, self._rate), self.truth.stamp
-        fast = np.abs(self.truth.qd) > self.arm.limits.velocity
-        for kind, mask, stamp in (('effort', clamped, before), ('position', held, before),
-                                  ('velocity', fast, after)):
-            told = self._watch.look(kind, mask, stamp)
-            if told is not None:
-                self._events.append(told)
-        if fast.any() and self.parameters['overspeed_stop'] and not self.stopped:
-            self._stop([JOINT_NAMES[i] for i in np.flatnonzero(fast)], 'over-speed')
-
-    def _stop(self, joints: Sequence[str], why: str) -> None:
-        self.stopped = True
-        self._counters['protective_stops'] += 1
-        self._tell('protective_stop', f'protective stop: {why}; the brake acts until a reset',
-                   joints=list(joints))
-
-    def _tell_fallback(self, mode: str) -> None:
-        message = f'{mode} acts' if mode else f'{self._fallback} gives way to a command'
-        self._tell('fallback', message, mode=mode or self._fallback, active=bool(mode))
-        self._fallback = mode
-
     def _tell(self, kind: str, message: str, /, **values: Any) -> None:
-        self._events.append(event(self.stamp, kind, message, **values))
+        self._diary.tell(self.stamp, kind, message, **values)

@@ -1,0 +1,99 @@
+"""What happened to the plant: events in order, counters, the fallback and the stop that act."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import JOINT_NAMES, ArmState
+from ur5_ros.sim.events import Event, event
+from ur5_ros.sim.limits import LimitWatch
+
+
+class Diary:
+    """
+    Tells every change once.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        Whose limits are watched.
+
+    """
+
+    def __init__(self, arm: ArmParameters):
+        self._fastest = arm.limits.velocity
+        self._watch = LimitWatch()
+        self._events: list[Event] = []
+        self.fallback = ''
+        """The fallback that acts, empty while commands do."""
+        self.stopped = False
+        """Whether a protective stop is latched."""
+        self.counts = {'fallback_periods': 0, 'protective_stops': 0, 'resets': 0}
+
+    @property
+    def quiet(self) -> bool:
+        """Whether nothing out of the ordinary is going on, and all was told."""
+        return not (self.stopped or self.fallback or self._events) and self._watch.quiet
+
+    @property
+    def near_limits(self) -> bool:
+        """Whether a joint was at a limit in the last period."""
+        return not self._watch.quiet
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Return how often what happened."""
+        return self.counts | {f'limit_{kind}_periods': count
+                              for kind, count in self._watch.periods.items()}
+
+    def tell(self, stamp: int, kind: str, message: str, /, **values: Any) -> None:
+        """Note an event that acts from a state [ns]."""
+        self._events.append(event(stamp, kind, message, **values))
+
+    def drain(self) -> list[Event]:
+        """Return what happened since the last call, in the order in which it did."""
+        events, self._events = self._events, []
+        return events
+
+    def fall_back(self, stamp: int, mode: str) -> None:
+        """Note which fallback acts from a state on; empty = a command does."""
+        if mode == self.fallback:
+            return
+        message = f'{mode} acts' if mode else f'{self.fallback} gives way to a command'
+        self.tell(stamp, 'fallback', message, mode=mode or self.fallback, active=bool(mode))
+        self.fallback = mode
+
+    def stop(self, stamp: int, joints: Sequence[str], why: str) -> None:
+        """Latch a protective stop."""
+        self.stopped = True
+        self.counts['protective_stops'] += 1
+        self.tell(stamp, 'protective_stop',
+                  f'protective stop: {why}; the brake acts until a reset', joints=list(joints))
+
+    def look_at_limits(self, before: int, after: ArmState, clamped: np.ndarray, held: np.ndarray,
+                       overspeed_stop: bool) -> None:
+        """
+        Tell who began or ceased to touch a limit in a period.
+
+        Parameters
+        ----------
+        before : int
+            Stamp of the state at its start [ns].
+        after : ArmState
+            The true state at its end.
+        clamped, held : numpy.ndarray, shape (6,), bool
+            Joints whose torque was clamped, joints that a stop held.
+        overspeed_stop : bool
+            Whether a joint that is too fast stops the run.
+
+        """
+        fast = np.abs(after.qd) > self._fastest
+        for kind, mask, stamp in (('effort', clamped, before), ('position', held, before),
+                                  ('velocity', fast, after.stamp)):
+            told = self._watch.look(kind, mask, stamp)
+            if told is not None:
+                self._events.append(told)
+        if fast.any() and overspeed_stop and not self.stopped:
+            self.stop(after.stamp, [JOINT_NAMES[i] for i in np.flatnonzero(fast)], 'over-speed')
