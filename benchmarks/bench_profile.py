@@ -4,6 +4,7 @@ import os
 import tempfile
 import time
 from collections import defaultdict
+from struct import Struct
 
 import numpy as np
 import rclpy
@@ -13,7 +14,7 @@ from sensor_msgs.msg import JointState
 from side_by_side import Row, arguments, publish
 from two_nodes_recorded import per_second, run
 
-from ur5_ros.bag.cdr import FixedJointState, FixedTrajectoryPoint, encode_clock
+from ur5_ros.bag.cdr import FixedJointState, FixedTrajectoryPoint, encode_stamp
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.control.computed_torque import computed_torque
 from ur5_ros.control.controller import Controller
@@ -23,15 +24,25 @@ from ur5_ros.loop.processes import last_core, private_environment
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.nodes.control_topics import PARTS
 from ur5_ros.nodes.hot_loop import WaitSetLoop
-from ur5_ros.nodes.messages import EffortReader, StateReader
+from ur5_ros.nodes.messages import StateReader
 from ur5_ros.nodes.recording import Recording
 from ur5_ros.nodes.topics import HOT
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
-from ur5_ros.sim.plant import plant_from_parameters
+from ur5_ros.sim.plant import Plant, plant_from_parameters
 
 PERIODS = 4000
 REPEATS = 3
+
+
+_SIX, _TWELVE = Struct('<6d'), Struct('<12d')
+
+
+def taken(data: bytes, layout: FixedJointState, gate: CommandGate, plant: Plant) -> tuple:
+    """Return the torques of a command after all that the simulator asks of it."""
+    tau = _SIX.unpack_from(data, layout.effort.start)
+    assert layout.matches(data) and gate.expects(layout.decode(data)[0]) and plant.takes(tau)
+    return tau
 
 
 class Laps:
@@ -60,42 +71,41 @@ def parts_of_a_period(plan: Plan, periods: int, publish_bytes, take) -> dict[str
     points = FixedTrajectoryPoint(JOINT_NAMES)
     parts = FixedJointState([f'{part}/{name}' for part in PARTS for name in JOINT_NAMES],
                             fields=('effort',))
-    read_state, read_command = StateReader(JOINT_NAMES).read, EffortReader(JOINT_NAMES).read
     digests = PayloadHash(states), PayloadHash(commands)
     gains = gains_from(plan.control['kp'], plan.control['kd'])
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
         bag = Recording(f'{folder}/bag', 'sim', 0.0, 0)
         topic = bag.topic('/joint_states', 'sensor_msgs/msg/JointState')
         bag.begin('benchmark', {})
-        state = plant.state
-        controller.update(state)
+        sent = states.encode(*plant.state)
+        controller.update(plant.state)
+        gate.offer('', plant.stamp, np.zeros(6))  # the first one counts the long way
+        gate.stepped(plant.k)
+        read_state = StateReader(JOINT_NAMES).read
         for _ in range(periods):
-            sent = lap('encode', states.encode, *state)
             lap('publish', publish_bytes, sent)
-            clock = lap('encode', encode_clock, state.stamp)
             lap('take', take)
             seen = lap('decode', read_state, sent)
-            answer = lap('law, its model included', controller.update, seen)
-            torque, wanted = answer.torque, answer.reference
-            command = lap('encode', commands.encode, seen.stamp, (), (), torque.total)
+            answer = lap('law, its model and its checks', controller.update, seen)
+            when = lap('encode', encode_stamp, seen.stamp)
+            torque, wanted = answer.parts.tobytes(), answer.reference
+            command = lap('encode', commands.join, when, b'', b'', torque[:48])
             lap('publish', publish_bytes, command)
-            point = lap('encode', points.encode, seen.stamp, *wanted, torque.inertial)
-            split = lap('encode', lambda torque=torque, seen=seen: parts.encode(
-                seen.stamp, (), (), np.concatenate(torque)))
-            for message in (sent, clock, command, sent, command, point, split):
-                lap('record', bag.write, topic, message)
-            lap('hash', digests[0].add, sent)
-            lap('hash', digests[0].add, sent)
-            lap('hash', digests[1].add, command)
-            lap('hash', digests[1].add, command)
+            point = lap('encode', points.join, when, *(x.tobytes() for x in wanted), torque[:48])
+            split = lap('encode', parts.join, when, b'', b'', torque)
             lap('take', take)
-            stamp, _, effort = lap('decode', read_command, command)
-            lap('gate', gate.offer, 'joint_command', stamp, effort)
-            decision = lap('gate', gate.next)
+            tau = lap('judge the command', taken, command, commands, gate, plant)
+            values = lap('step', plant.step_plainly, tau)
+            packed = lap('encode', _TWELVE.pack, *values)
+            when = lap('encode', encode_stamp, plant.stamp)
+            sent = lap('encode', states.join, when, packed[:48], packed[48:], torque[:48])
+            lap('judge the command', gate.stepped, plant.k)
+            for message in (sent, when, command, sent, command, point, split):
+                lap('record', bag.write, topic, message)
+            for digest, message in zip((*digests, *digests), (sent, command) * 2, strict=True):
+                lap('hash', digest.add, message)
             lap('of the law: the model', dynamics_terms, seen.q, seen.qd, controller.arm)
             lap('of the law: model and sums', computed_torque, seen, wanted, controller.arm, gains)
-            state = lap('step', plant.step, decision.command)
-            lap('gate', gate.published, plant.k)
         bag.end({})
     plant.close()
     return {name: total * 1e-9 / periods for name, total in lap.total.items()}

@@ -24,6 +24,8 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
+from ur5_ros.nodes.process import pin_to_core
+
 QOS = QoSProfile(depth=1)
 NAMES = ['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',
          'wrist_2_joint', 'wrist_3_joint']
@@ -127,7 +129,7 @@ def measure(how: str, trips: int, core: int | None = None) -> dict[str, float]:
     trips : int
         Round trips after the warm-up.
     core : int, optional
-        Keep both processes on this core.
+        Keep both processes on this core, scheduled as the nodes are there.
 
     Returns
     -------
@@ -151,7 +153,7 @@ def main() -> None:
     parser.add_argument('--pong', action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.core is not None:
-        os.sched_setaffinity(0, {options.core})
+        pin_to_core(str(options.core))
     if options.pong:
         pong(options.how)
         return

@@ -93,13 +93,13 @@ class BulletArm:
             pybullet.resetJointState(self._body, joint, position, velocity,
                                      physicsClientId=self._client)
 
-    def stepper(self) -> Callable[[list[float]], tuple[float, ...]]:
+    def stepper(self) -> Callable[[Sequence[float]], tuple[float, ...]]:
         """Return what :attr:`advance` is: a function bound to the bodies that are loaded now."""
         body, joints, client, torque = self._body, self._joints, self._client, _TORQUE
         push, step = pybullet.setJointMotorControlArray, pybullet.stepSimulation
         read = pybullet.getJointStates
 
-        def advance(tau: list[float]) -> tuple[float, ...]:
+        def advance(tau: Sequence[float]) -> tuple[float, ...]:
             # a torque lasts one step; two calls before a step would add up
             push(body, joints, torque, forces=tau, physicsClientId=client)
             step(client)
