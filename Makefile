@@ -19,7 +19,7 @@ ARGS ?=
 
 BENCHMARKS := $(wildcard benchmarks/bench_*.py)
 
-.PHONY: help setup setup-all demo test coverage lint types bench faults soak test-browser docs lock clean
+.PHONY: help setup setup-all demo test coverage lint types bench faults soak sweep-proof test-browser docs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
@@ -63,8 +63,9 @@ test: lint types  ## linters, types, import contracts, every test
 coverage: setup-all  ## the same tests under watch: which lines no test runs
 	$(PYTEST) -q -m 'not browser' --cov=ur5_ros --cov-report=term:skip-covered $(ARGS) </dev/null
 
-test-browser: setup-all  ## the viewer and the report in headless Chromium
+test-browser: setup-all  ## the viewer and the report in headless Chromium, PyBullet's window in Xvfb
 	@command -v chromium >/dev/null || { echo 'No chromium here; on Debian or Ubuntu: apt-get install chromium'; exit 2; }
+	@command -v Xvfb >/dev/null || { echo 'No Xvfb here; on Debian or Ubuntu: apt-get install xvfb'; exit 2; }
 	$(PYTEST) -q -m browser $(ARGS) </dev/null
 
 bench: setup-all  ## figures as ratios to references measured in the same run
@@ -74,8 +75,11 @@ bench: setup-all  ## figures as ratios to references measured in the same run
 faults: setup-all  ## every fault of the catalogue, and the scorecard
 	UR5_ROS_THOROUGH=1 $(PYTEST) test -q -m fault --scorecard=docs/faults.md $(ARGS) </dev/null
 
+sweep-proof: setup-all  ## 10,000 runs while workers, scheduler and sweep are killed (ARGS="--runs 500")
+	$(BIN)/python benchmarks/sweep_proof.py $(ARGS)
+
 soak: setup-all  ## an hour under watch: memory, lateness, bags (ARGS="--minutes 5")
-	$(BIN)/python benchmarks/soak.py $(ARGS)
+	$(BIN)/python benchmarks/soak.py --page docs/soak.md $(ARGS)
 
 docs: setup-all  ## the documents as a site in site/
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

@@ -54,6 +54,11 @@ class BulletArm:
         if self._client < 0:
             raise Refusal('PyBullet cannot start; close another simulator')
         self.load(arm, gravity)
+        if gui:
+            pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_GUI, 0,
+                                              physicsClientId=self._client)
+            pybullet.resetDebugVisualizerCamera(1.8, 50.0, -25.0, [0.0, 0.0, 0.3],
+                                                physicsClientId=self._client)
 
     def load(self, arm: ArmParameters, gravity: Sequence[float] | np.ndarray) -> None:
         """Build the world anew with these bodies, at rest in zero position; see :meth:`place`."""
