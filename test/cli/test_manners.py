@@ -75,6 +75,7 @@ def test_wrong_usage_is_one_line_that_names_the_help(ur5, arguments):
     (('sweep', 'report'), 'folder'),
     (('sweep', 'report', 'empty'), 'empty'),
     (('view', 'nowhere'), 'nowhere'),
+    (('view', 'nowhere', '--port', '99999'), '65535'),
     (('render', 'nowhere', '-o', 'picture.png'), 'nowhere'),
     (('urdf', '--arm', 'ur6'), 'ur6'),
     (('urdf', '--arm', 'ur5_controller'), 'tensor'),

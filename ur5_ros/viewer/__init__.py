@@ -21,12 +21,12 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
     live : bool
         Show what runs now instead.
     port : int
-        Wanted port; the next free one is taken.
+        Wanted port; the next free one is taken, any for 0.
 
     Raises
     ------
     Refusal
-        If the viewer is not installed, or the run cannot be read.
+        If the viewer is not installed, the port is none, or the run cannot be read.
 
     """
     try:
@@ -34,6 +34,8 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
     except ImportError:
         raise Refusal('the viewer needs viser; install it with: pip install "ur5_ros[view]"'
                       ) from None
+    if not 0 <= port <= 65535:
+        raise Refusal(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
     if live and run is not None:
         raise Refusal('--live shows what runs now; leave the run away')
     shown = _live(port) if live else _recorded(run, port)
