@@ -84,4 +84,5 @@ def _extra(module: str | None) -> str:
     extras = {'rclpy': 'ros', 'dask': 'sweep', 'distributed': 'sweep', 'polars': 'sweep',
               'viser': 'view', 'imageio_ffmpeg': 'view', 'PIL': 'view'}
     extra = extras.get((module or '').partition('.')[0])
-    return f"pip install 'ur5_ros[{extra}]'" if extra else 'install the package again'
+    return (f"in the checkout: make setup-all, or pip install '.[{extra}]'" if extra else
+            'install the package again')

@@ -32,8 +32,8 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
     try:
         import viser  # noqa: F401
     except ImportError:
-        raise Refusal('the viewer needs viser; install it with: pip install "ur5_ros[view]"'
-                      ) from None
+        raise Refusal('the viewer needs viser; in the checkout: make setup, or pip install '
+                      "'.[view]'") from None
     if not 0 <= port <= 65535:
         raise Refusal(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
     if live and run is not None:

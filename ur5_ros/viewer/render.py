@@ -101,8 +101,8 @@ def _allowed(out: Path) -> Path:
         import imageio_ffmpeg  # noqa: F401
         import PIL  # noqa: F401
     except ImportError:
-        raise Refusal('pictures need Pillow and imageio-ffmpeg; install them with: '
-                      'pip install "ur5_ros[view]"') from None
+        raise Refusal('pictures need Pillow and imageio-ffmpeg; in the checkout: '
+                      "make setup, or pip install '.[view]'") from None
     return out
 
 
