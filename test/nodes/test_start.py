@@ -44,3 +44,19 @@ def test_signals_wait_and_nothing_is_collected_while_a_node_starts():
 
 def test_a_users_own_number_of_threads_counts():
     assert started('simulator', OPENBLAS_NUM_THREADS='3')['threads'] == '3'
+
+
+def test_a_plain_arm_is_simulated_without_the_compiler():
+    code = """
+import sys
+from ur5_ros.config import SIM_PARAMETERS, complete
+from ur5_ros.sim.plant import plant_from_parameters
+plant = plant_from_parameters(complete(SIM_PARAMETERS, {}))
+for _ in range(200):
+    plant.step(None)  # held by the brake
+for _ in range(20):
+    plant.step([1.0] * 6)
+print('numba' in sys.modules)
+"""
+    assert subprocess.run([sys.executable, '-c', code], check=True, capture_output=True,
+                          text=True).stdout.split() == ['False']
