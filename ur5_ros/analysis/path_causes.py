@@ -35,10 +35,14 @@ def path_causes(run: Run) -> list[dict[str, Any]]:
         ``kind``, ``sentence``, ``share`` and the size.
 
     """
-    found = [cause for cause in (_state_delay(run), _command_causes(run)) if cause]
-    if not found:
-        cause = _gravity_convention(run)
-        found = [cause] if cause else []
+    late = _state_delay(run)
+    found = ([late] if late else []) + _command_causes(run)
+    if all('delay' in cause['kind'] for cause in found):
+        # efforts of late states are late as well, unless the exact ones are recorded
+        lag = sum(cause['periods'] for cause in found
+                  if run.truth is None or cause['kind'] == 'command delay')
+        cause = _gravity_convention(run, lag)
+        found += [cause] if cause else []
     return found
 
 
@@ -65,38 +69,42 @@ def _state_delay(run: Run) -> dict[str, Any] | None:
     return _delay('state delay', best, left, before, run)
 
 
-def _command_causes(run: Run) -> dict[str, Any] | None:
+def _command_causes(run: Run) -> list[dict[str, Any]]:
     if run.command is None:
-        return None
+        return []
     defect = command_defect(run)
     good = np.isfinite(defect).all(axis=1)
     if not good.any():
-        return None
+        return []
     scale = _rms(run.exact.effort[1:][good])
     before = _rms(defect[good])
     if before <= 1e-9 * max(scale, 1.0):
-        return None
-    # What should have acted, so that every hypothesis is a matter of when and on which joint.
-    acted = run.exact.effort[1:]
-    asked = acted - defect
+        return []
+    # What acted of the commands, gravity that the plant adds left out, so that every hypothesis
+    # is a matter of when and on which joint.
+    asked = run.command[:-1]
+    acted = asked + defect
     order, left = _best_order(acted[good], asked[good])
     lag, left_lag, _ = _best_lag(np.where(good[:, None], acted, np.nan),
                                  np.where(good[:, None], asked, np.nan))
     if lag and left_lag <= min(LEFT * before, left):
-        kind = 'state delay' if _state_came_late(run, lag) else 'command delay'
-        return _delay(kind, lag, left_lag, before, run)
+        # With the exact states recorded, theirs is known already; else the first ones are copies.
+        states = 0 if run.truth is not None else min(lag, _copies(run))
+        return [_delay(kind, periods, left_lag, before, run) for kind, periods in
+                (('state delay', states), ('command delay', lag - states)) if periods]
     if order != tuple(range(6)) and left <= LEFT * before:
         pairs = ', '.join(f'{JOINT_NAMES[i]} got the torque of {JOINT_NAMES[j]}'
                           for i, j in enumerate(order) if i != j)
-        return {'kind': 'joint order', 'order': list(order), 'share': 1.0 - (left / before)**2,
-                'sentence': f'joint order swapped in the command: {pairs}'}
+        return [{'kind': 'joint order', 'order': list(order), 'share': 1.0 - (left / before)**2,
+                'sentence': f'joint order swapped in the command: {pairs}'}]
     rows = good.nonzero()[0]
     arm = (run.sim or run.control).arm
     gravity = gravity_torque(run.exact.q[rows] + arm.angle_offset, arm)
-    return _gravity_cause(defect[rows], gravity)
+    cause = _gravity_cause(defect[rows], gravity)
+    return [cause] if cause else []
 
 
-def _gravity_convention(run: Run) -> dict[str, Any] | None:
+def _gravity_convention(run: Run, lag: int) -> dict[str, Any] | None:
     """Return gravity missing or doubled, from the law recomputed."""
     if run.control is None or run.reference is None:
         return None
@@ -104,11 +112,12 @@ def _gravity_convention(run: Run) -> dict[str, Any] | None:
     laws = [law for law in laws_of(run) if law.promised]
     known = np.isfinite(np.hstack([*star])).all(axis=1) & promised_rows(laws, len(run.stamp))
     rows = np.flatnonzero(run.steps & known[:-1])
+    rows = rows[known[rows - lag] & (rows >= lag)]
     if not len(rows):
         return None
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, ROWS).astype(int))]
     gravity = gravity_torque(run.states.q[rows] + arm.angle_offset, arm)
-    return _gravity_cause(run.exact.effort[rows + 1] - law_torque(run, laws, rows), gravity)
+    return _gravity_cause(run.exact.effort[rows + 1] - law_torque(run, laws, rows - lag), gravity)
 
 
 def _gravity_cause(surplus: np.ndarray, gravity: np.ndarray) -> dict[str, Any] | None:
@@ -156,10 +165,11 @@ def _best_order(acted: np.ndarray, asked: np.ndarray) -> tuple[tuple[int, ...], 
     return every[best], float(np.sqrt(total[best] / 6.0))
 
 
-def _state_came_late(run: Run, lag: int) -> bool:
-    """Tell a late state from a late command: the first states are copies and no torque acted."""
+def _copies(run: Run) -> int:
+    """Return how many of the first states are copies of the first one: a late state's trace."""
     q, _, effort = run.states
-    return bool(np.all(q[:lag + 1] == q[0]) and np.all(effort[1:lag + 1] == effort[0]))
+    same = (q == q[0]).all(axis=1) & (effort == effort[0]).all(axis=1)
+    return int(np.argmin(same)) - 1 if not same.all() else 0
 
 
 def _delay(kind: str, lag: int, left: float, before: float, run: Run) -> dict[str, Any]:

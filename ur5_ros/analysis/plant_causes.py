@@ -25,6 +25,9 @@ PRECISION = 1e-9
 #: Times the noise that a cause must stand out.
 CERTAIN = 40.0
 
+#: Standard errors from which on a number is no accident.
+SIGNIFICANT = 5.0
+
 _UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2'}
 
 
@@ -38,6 +41,8 @@ class Fit(NamedTuple):
     """Their standard errors."""
     left: float
     """What stays unexplained, squared, as a share of everything."""
+    rivals: tuple[str, ...] = ()
+    """Causes that are not needed, but that this motion does not tell from those found."""
 
 
 def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
@@ -69,6 +74,8 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     weight = known / scale / np.sqrt(known.sum())
     weight = np.where(known.any(axis=0), weight, 0.0)
     fit = _choose(units, lacking, weight, SHARE_PLAIN if seen.plain else SHARE_ROUGH)
+    if not seen.plain:
+        fit = _with_rivals(fit, units, lacking, weight)
     other, left = _best_arm(seen, arm, weight)
     if other and left < 0.1 and fit.left > ROUNDING and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2):
@@ -94,6 +101,28 @@ def _choose(units, lacking, weight, least: float) -> Fit:
         if not _stands_out(trial, best, lacking, least):
             chosen, best = without, trial
     return best
+
+
+def _with_rivals(fit: Fit, units, lacking, weight) -> Fit:
+    """
+    Return the fit with errors as wide as what other causes would change.
+
+    A cause that explains too little to be named may still be there, and the causes found have then
+    taken its share: where one is significant and moves them, it is a rival.
+
+    """
+    rivals, error = [], fit.error
+    for name in units:
+        if name in fit.names or not fit.names:
+            continue
+        trial = _fit(units, (*fit.names, name), lacking, weight)
+        count = len(fit.value)
+        moved = np.abs(trial.value[:count] - fit.value)
+        significant = np.abs(trial.value[count:]) > SIGNIFICANT * trial.error[count:]
+        if significant.any() and (moved > SIGNIFICANT * fit.error).any():
+            rivals.append(name)
+            error = np.maximum(error, np.hypot(moved, trial.error[:count]))
+    return fit._replace(error=error, rivals=tuple(rivals))
 
 
 def _stands_out(without: Fit, with_: Fit, lacking: np.ndarray, least: float) -> bool:
@@ -168,7 +197,12 @@ def _sentences(fit: Fit, arm: ArmParameters) -> list[dict[str, Any]]:
         error = np.maximum(fit.error[start:start + count], PRECISION * np.abs(value).max())
         start += count
         make = {'payload': _payload, 'gravity': _gravity}.get(name, _per_joint)
-        causes.append({'share': share, **make(name, value, error, arm)})
+        cause = {'share': share, **make(name, value, error, arm)}
+        if fit.rivals:
+            cause['rivals'] = list(fit.rivals)
+            cause['sentence'] += (f'; this motion does not tell it from {" and ".join(fit.rivals)}'
+                                  ', hence the error')
+        causes.append(cause)
     if fit.left > 0.05:
         causes.append({'kind': 'unexplained', 'share': fit.left,
                        'sentence': f'{fit.left:.1%} of the squared residual is noise or '
@@ -199,7 +233,7 @@ def _gravity(name, value, error, arm) -> dict[str, Any]:
 
 
 def _per_joint(name, value, error, arm) -> dict[str, Any]:
-    sure = np.flatnonzero((np.abs(value) > 5.0 * error)
+    sure = np.flatnonzero((np.abs(value) > SIGNIFICANT * error)
                           & (np.abs(value) > 1e-3 * np.abs(value).max()))
     unit = _UNITS[name]
     what = 'rotor inertia (armature)' if name == 'armature' else name
