@@ -92,7 +92,8 @@ class Cluster:
             return subprocess.Popen(
                 [sys.executable, '-m', f'distributed.cli.{module}', *arguments], stdout=log,
                 stderr=log, cwd=self._folder, start_new_session=True,
-                env={**os.environ, 'OPENBLAS_NUM_THREADS': '1'})
+                env={**os.environ, 'OPENBLAS_NUM_THREADS': '1',  # as in the workers of ur5 sweep
+                     'DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED': 'False'})
 
 
 class Sweep:

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / 'benchmarks'
-WITHOUT_ROS = ('control', 'loop_without_ros')
+WITHOUT_ROS = ('control', 'loop_without_ros', 'sweep')
 WITH_ROS = ('recording', 'start', 'lockstep', 'profile')
 
 

@@ -22,6 +22,9 @@ from ur5_ros.sim.payload import loaded_arm
 from ur5_ros.sim.scheme import NOBODY, Joints, Scheme
 from ur5_ros.sim.sensing import Noise
 
+#: Bodies loaded into one world; PyBullet forgets some four thousand bytes of each.
+_MOST_LOADS = 200
+
 _here = threading.local()
 _write = struct.Struct('12d').pack_into
 _ROW = 12 * 8  # bytes of q, qd
@@ -146,17 +149,17 @@ class FastPlant:
         sim = self._sim
         gravity = list(sim['gravity']) or self._arm.gravity.tolist()
         load = sim['arm'], sim['payload.mass'], sim['payload.com'], gravity
-        bullet, loaded, rate = getattr(_here, 'world', (None, None, None))
+        bullet, loaded, rate, loads = getattr(_here, 'world', (None, None, None, 0))
         if bullet is None or rate != sim['physics_rate'] or loaded != load:
-            _here.world = (None, None, None)
+            _here.world = (None, None, None, 0)
             arm = loaded_arm(self._arm, sim['payload.mass'], sim['payload.com'])
-            if bullet is not None and rate == sim['physics_rate']:
+            if bullet is not None and rate == sim['physics_rate'] and loads < _MOST_LOADS:
                 bullet.load(arm, gravity)  # opening a world takes longer
             else:
                 if bullet is not None:
                     bullet.close()
-                bullet = BulletArm(arm, np.array(gravity), 1.0 / sim['physics_rate'])
-            _here.world = bullet, load, sim['physics_rate']
+                bullet, loads = BulletArm(arm, np.array(gravity), 1.0 / sim['physics_rate']), 0
+            _here.world = bullet, load, sim['physics_rate'], loads + 1
         bullet.place(sim['initial_positions'], sim['initial_velocities'])
         return bullet
 

@@ -57,7 +57,9 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
     number = workers if workers is not None else len(os.sched_getaffinity(0))
     if number < 1:
         raise Refusal(f'--workers {number}; give at least 1')
-    with dask.config.set({'distributed.worker.daemon': True}):
+    # Dask's profiler looks at the stacks a hundred times a second and keeps an hour of them.
+    with dask.config.set({'distributed.worker.daemon': True,
+                          'distributed.worker.profile.enabled': False}):
         # The cluster's thread and the workers that it starts keep this mask: Ctrl-C is ours.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
