@@ -17,6 +17,9 @@ OPTIONS = ('--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run',
            '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
            '--hide-scrollbars', '--remote-debugging-port=0', '--remote-allow-origins=*')
 
+#: Seconds to wait for an answer: a scene drawn in software on a busy machine takes its time.
+PATIENCE = 240.0
+
 
 class Chromium:
     """One browser with one page; everything that the page says to the console is kept."""
@@ -40,11 +43,12 @@ class Chromium:
         number = next(self._ids)
         self._socket.send(json.dumps({'id': number, 'method': method, 'params': parameters}))
         while True:
-            message = json.loads(self._socket.recv(timeout=60))
+            message = json.loads(self._socket.recv(timeout=PATIENCE))
             if message.get('id') == number:
                 assert 'error' not in message, message
                 return message['result']
-            self._note(message)
+            if 'method' in message:
+                self._note(message)
 
     def open(self, address: str, width: int, height: int, dark: bool = False) -> None:
         """Open a page in a window of this size."""
