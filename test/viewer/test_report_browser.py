@@ -56,3 +56,21 @@ def test_the_report_asks_nothing_of_the_network(browser, report):
     asked = browser.evaluate(
         "performance.getEntriesByType('resource').map(entry => entry.name).join(' ')")
     assert not [each for each in asked.split() if each.startswith('http')]
+
+
+def test_details_open_and_figures_are_reached_by_keys_alone(browser, report):
+    browser.open(report.as_uri(), 1280, 900)
+    browser.wait("document.querySelectorAll('.main-svg').length > 0")
+    reached = set()
+    for _ in range(400):
+        browser.key('Tab', 9)
+        at = browser.evaluate("document.activeElement.tagName + (document.activeElement.closest("
+                              "'.modebar') ? ' of a figure' : '')")
+        reached.add(at)
+        if at == 'SUMMARY':
+            break
+    assert {'BUTTON of a figure', 'SUMMARY'} <= reached
+    browser.ask('Input.dispatchKeyEvent', type='keyDown', key='Enter', code='Enter', text='\r',
+                windowsVirtualKeyCode=13)
+    assert browser.evaluate('document.activeElement.parentElement.open')
+    assert browser.evaluate('getComputedStyle(document.activeElement).outlineStyle') == 'solid'

@@ -35,6 +35,8 @@ figure { margin: 0; min-width: 0; overflow: hidden; } figure.wide { grid-column:
 figcaption b { display: block; } figcaption { font-size: 0.86rem; color: var(--soft); }
 figcaption b { color: var(--ink); font-size: 0.98rem; }
 .plot { height: 330px; width: 100%; }
+.js-plotly-plot .plotly:focus-within .modebar--hover { opacity: 1; }
+:focus-visible { outline: 2px solid var(--ink); outline-offset: 2px; }
 details { border-top: 1px solid var(--line); padding: 8px 0; }
 summary { cursor: pointer; } pre { overflow-x: auto; font-size: 0.8rem; }
 @media (max-width: 760px) {
@@ -44,6 +46,7 @@ summary { cursor: pointer; } pre { overflow-x: auto; font-size: 0.8rem; }
     border-bottom: 1px solid var(--line); }
   .checks td { border: 0; padding: 1px 0; } .checks td:last-child { grid-column: 1 / -1; }
   .checks td.number { font-size: 0.85rem; color: var(--soft); }
+  .checks td:nth-child(2), .checks td:nth-child(4) { text-align: right; }
   .checks td.number::before { content: attr(data-label) ' '; }
   .verdict { flex-direction: column; align-items: flex-start; gap: 4px; }
 }
