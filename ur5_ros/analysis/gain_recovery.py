@@ -1,6 +1,6 @@
 """Kp and Kd read back from the recorded e(t), with standard errors."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,7 +55,8 @@ def gains_check(run: Run, marks: Marks, dynamics: ErrorDynamics | None) -> Check
     # where the torque is held, the error must stand out of what that makes of it
     held = np.zeros(6) if run.substeps == 1 else 20.0 * np.nanmax(
         np.abs(dynamics.cost), axis=0, initial=0.0)
-    worst, details, failed = 0.0, [], []
+    worst, failed = 0.0, []
+    details: list[dict[str, Any]] = []
     for law in plain:
         counted = in_charge & _rows(law, len(in_charge))
         found = recover_gains(run, dynamics, law, counted)

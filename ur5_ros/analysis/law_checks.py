@@ -86,9 +86,9 @@ def _error_checks(run: Run, marks: Marks) -> tuple[list[Check], ErrorDynamics]:
         checks = [not_applicable(name, why) for name in _NAMES[:2]]
     worst, joint, row = largest(dynamics.error - dynamics.continuous)
     predicted, _, _ = largest(dynamics.sampled - dynamics.continuous)
-    mark = marks['continuous' if run.substeps == 1 else 'continuous_held'] * run.h * 1e3
+    allowed = marks['continuous' if run.substeps == 1 else 'continuous_held'] * run.h * 1e3
     correction = max(_correction(dynamics, law) for law in laws)
-    limit = max(mark, mark * correction / PAPER_CORRECTION, BEYOND_THEORY * predicted)
+    limit = max(allowed, allowed * correction / PAPER_CORRECTION, BEYOND_THEORY * predicted)
     checks.append(judge(
         'error continuous', worst, limit + noise, 'rad',
         f"e(t) and the solution of e'' + Kd e' + Kp e = 0 differ by at most {worst:.2g} rad "

@@ -1,7 +1,7 @@
 """The bags of a run, opened: which topic plays which part, and what each says about its node."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -205,7 +205,7 @@ def _side(bag: Bag) -> tuple[Side | None, str, str]:
     return side, node, said.get('run', '')
 
 
-def _changes(bag: Bag, known: Sequence[Parameter]) -> tuple[Change, ...]:
+def _changes(bag: Bag, known: tuple[Parameter, ...]) -> tuple[Change, ...]:
     """Return the live changes of parameters that the node noted."""
     noted = bag.notes.get('parameter_changes', {}).get('changes', [])
     found = []

@@ -2,6 +2,7 @@
 
 import json as json_format
 from pathlib import Path
+from typing import Any
 
 from ur5_ros.analysis.comparison import Difference
 from ur5_ros.analysis.comparison import compare as compare_runs
@@ -24,7 +25,7 @@ def validate(
     """Judge one run or a folder of runs; see ``ur5 validate --help``."""
     limits = str(marks) if marks is not None else ''
     marks_of(limits)  # refused before anything is read
-    given = {key: value for key, value in {
+    given: dict[str, Any] = {key: value for key, value in {
         'arm': arm, 'control_arm': control_arm, 'kp': _gain('--kp', kp), 'kd': _gain('--kd', kd),
     }.items() if value is not None}
     if folder is not None:
