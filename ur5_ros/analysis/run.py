@@ -48,7 +48,8 @@ def load_run(
     problems += [problem for source in sources for problem in source.problems]
     stated = _first(sources, 'joint_states', ('sim', 'robot', '', 'control'))
     if stated is None:
-        raise Refusal(f'{folder}: no joint states in it; nothing can be judged')
+        why = f' ({problems[0]})' if problems else ''
+        raise Refusal(f'{folder}: no joint states in it; nothing can be judged{why}')
     states = stated.data['joint_states']
     sim = next((source.side for source in sources if source.node == 'sim'), None)
     control = next((source.side for source in sources if source.node in ('control', 'robot')),
