@@ -50,8 +50,9 @@ def test_the_arm_stands_still_for_ten_seconds(plant_of, arm, mode):
 
 
 @pytest.mark.slow
-def test_the_brake_holds_for_ten_minutes(plant_of):
-    plant = plant_of(arm='ur5', initial_positions=STRETCHED)
+@pytest.mark.parametrize('arm', ['ur5', 'ur5_real'])
+def test_the_brake_holds_for_ten_minutes(plant_of, arm):
+    plant = plant_of(arm=arm, initial_positions=STRETCHED)
     start, worst = plant.truth.q, 0.0
     for _ in range(600_000):
         state = plant.step(None)
