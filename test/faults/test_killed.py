@@ -1,5 +1,6 @@
 """Nodes killed, frozen, signalled and restarted at any instant."""
 
+import os
 import random
 import shutil
 import signal
@@ -178,8 +179,9 @@ def test_after_kill_9_no_more_than_the_last_tenth_of_a_second_is_lost(
     record_property('kills that lost more than 0.1 s, the machine being busy',
                     int((np.array(lost) > 0.1).sum()))
     record_property('nodes killed at random instants', len(lost))
-    # a disk may hold up a write for longer than that, now and then
-    assert sum(each > 0.1 for each in beyond) <= max(1, len(beyond) // 50)
+    # where others keep processors and disk busy, a write in fifty may be held up for longer
+    busy = os.getloadavg()[0] > 2.0 * (os.cpu_count() or 1)
+    assert sum(each > 0.1 for each in beyond) <= (max(1, len(beyond) // 50) if busy else 0)
     assert max(beyond) <= 0.5
 
 
