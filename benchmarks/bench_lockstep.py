@@ -41,9 +41,11 @@ def main() -> None:
         'executor': lambda: measure('executor', trips)['per_second'],
         'wait set': lambda: measure('wait_set', trips)['per_second'],
         'wait set on one core': lambda: measure('wait_set', trips, core)['per_second'],
+        'wait set, shared memory': lambda: measure(
+            'wait_set', trips, transports='default')['per_second'],
     }, 1 if options.quick else options.repeats)
     loop = 'lockstep periods a second, recording on'
-    detail = 'both processes on one core; reliable, keep last 1'
+    detail = 'both nodes on one core; ping-pong over the same transport, reliable, keep last 1'
     median = {name: float(np.median(values)) for name, values in figures.items()}
     publish('lockstep', "The loop of two nodes (1 kHz, the paper's experiment)", [
         Row(loop, 'ping-pong, SingleThreadedExecutor, two cores (its best)',
@@ -52,6 +54,9 @@ def main() -> None:
             ratio(figures, 'loop', 'wait set on one core'), 0.75, True, detail),
         Row(loop, 'ping-pong, kept wait set, two cores',
             ratio(figures, 'loop', 'wait set'), 0.75, True, detail),
+        Row(loop, "ping-pong, kept wait set, two cores, Fast DDS's default transports",
+            ratio(figures, 'loop', 'wait set, shared memory'), 0.75, True,
+            'shared memory, which the nodes do without: docs/decisions/loopback.md'),
         Row(loop + ', two cores', 'ping-pong, kept wait set, two cores',
             ratio(figures, 'loop on two cores', 'wait set'), 0.75, True, 'not pinned'),
         Row(loop + ', two cores', 'ping-pong, SingleThreadedExecutor, two cores',

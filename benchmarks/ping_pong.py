@@ -24,6 +24,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
+from ur5_ros.loop.processes import private_environment
 from ur5_ros.nodes.process import pin_to_core
 
 QOS = QoSProfile(depth=1)
@@ -118,7 +119,8 @@ def ping(how: str, trips: int) -> list[float]:
     return times
 
 
-def measure(how: str, trips: int, core: int | None = None) -> dict[str, float]:
+def measure(how: str, trips: int, core: int | None = None,
+            transports: str = 'loopback') -> dict[str, float]:
     """
     Return what a ping-pong in two fresh processes takes.
 
@@ -130,6 +132,8 @@ def measure(how: str, trips: int, core: int | None = None) -> dict[str, float]:
         Round trips after the warm-up.
     core : int, optional
         Keep both processes on this core, scheduled as the nodes are there.
+    transports : {'loopback', 'default'}
+        The profile that the nodes use, or what Fast DDS does by itself.
 
     Returns
     -------
@@ -140,7 +144,11 @@ def measure(how: str, trips: int, core: int | None = None) -> dict[str, float]:
     command = [sys.executable, __file__, '--how', how, '--trips', str(trips)]
     if core is not None:
         command += ['--core', str(core)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    environment = private_environment()
+    if transports == 'default':
+        del environment['FASTRTPS_DEFAULT_PROFILES_FILE']
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300,
+                          env=environment)
     return json.loads(done.stdout.splitlines()[-1])
 
 
