@@ -49,6 +49,7 @@ setup(
     install_requires=[
         'lz4>=4.3',
         'mcap>=1.6',
+        'msgspec>=0.19',
         'numba>=0.60',
         'numpy>=1.26',
         'plotly>=6',

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import yaml
 
 from ur5_ros.bag.problem import BagProblem
-from ur5_ros.config.records import Record, Rule, validate
+from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.config.strict_yaml import read_yaml
 from ur5_ros.errors import Refusal
 
@@ -19,7 +19,7 @@ DISTRO = 'jazzy'
 #: What rosbag2 writes as starting time of a bag without messages [ns].
 NEVER = 2**63 - 1
 
-Count = Annotated[int, Rule(at_least=0)]
+Count = Annotated[int, Meta(ge=0)]
 
 #: rmw's infinite duration, as rosbag2 writes it.
 _INFINITE = {'sec': 9223372036, 'nsec': 854775807}
@@ -157,34 +157,32 @@ def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:
         raise
 
 
-class _Loose(Record):
+class _Loose(Record, frozen=True, forbid_unknown_fields=False):
     """Versions differ in what else they say; only what is used must have its form."""
 
-    _ignores_the_rest = True
 
-
-class _TopicMetadata(_Loose):
+class _TopicMetadata(_Loose, frozen=True):
     name: str
     type: str
     serialization_format: str = 'cdr'
 
 
-class _TopicCount(_Loose):
+class _TopicCount(_Loose, frozen=True):
     topic_metadata: _TopicMetadata
     message_count: Count
 
 
-class _FileCount(_Loose):
+class _FileCount(_Loose, frozen=True):
     path: str
     message_count: Count
 
 
-class Information(_Loose):
+class Information(_Loose, frozen=True, kw_only=True):
     """What a metadata.yaml says, of all versions that rosbag2 has written."""
 
-    version: Annotated[int, Rule(at_least=1)]
+    version: Annotated[int, Meta(ge=1)]
     storage_identifier: str = ''
-    relative_file_paths: Annotated[list[str], Rule(longest=100_000)]
+    relative_file_paths: Annotated[list[str], Meta(max_length=100_000)]
     message_count: Count = 0
     topics_with_message_count: list[_TopicCount] = []
     compression_format: str = ''

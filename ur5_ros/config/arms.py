@@ -3,26 +3,27 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 
-from ur5_ros.config.records import Record, Rule, validate
+from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
 
-Six = Annotated[list[float], Rule(shortest=6, longest=6)]
-Three = Annotated[list[float], Rule(shortest=3, longest=3)]
-Range = Annotated[list[float], Rule(shortest=2, longest=2)]
+Six = Annotated[list[float], Meta(min_length=6, max_length=6)]
+Three = Annotated[list[float], Meta(min_length=3, max_length=3)]
+Range = Annotated[list[float], Meta(min_length=2, max_length=2)]
 
 
-class _Geometry(Record):
+class _Geometry(Record, frozen=True, kw_only=True):
     source: str
     a: Six
     d: Six
     alpha: Six
 
 
-class _Link(Record):
+class _Link(Record, frozen=True, kw_only=True):
     name: str
     mass: float
     com: Three
@@ -30,37 +31,37 @@ class _Link(Record):
     source: str
 
 
-class _Sourced(Record):
+class _Sourced(Record, frozen=True, kw_only=True):
     source: str
     value: Six
 
 
-class _Gravity(Record):
+class _Gravity(Record, frozen=True, kw_only=True):
     source: str
     value: Three
 
 
-class _Limits(Record):
+class _Limits(Record, frozen=True, kw_only=True):
     source: str
-    position: Annotated[list[Range | None], Rule(shortest=6, longest=6)]
+    position: Annotated[list[Range | None], Meta(min_length=6, max_length=6)]
     velocity: Six
     effort: Six
 
 
-class _Payload(Record):
+class _Payload(Record, frozen=True, kw_only=True):
     mass: float = 0.0
-    com: Three = [0.0, 0.0, 0.0]
-    inertia: Six = [0.0] * 6
+    com: Three = msgspec.field(default_factory=lambda: [0.0] * 3)
+    inertia: Six = msgspec.field(default_factory=lambda: [0.0] * 6)
     source: str = ''
 
 
-class _ArmFile(Record):
+class _ArmFile(Record, frozen=True, kw_only=True):
     name: str
     description: str
     warnings: list[str] = []
     dh: _Geometry
     angle_offset: _Sourced
-    links: Annotated[list[_Link], Rule(shortest=6, longest=6)]
+    links: Annotated[list[_Link], Meta(min_length=6, max_length=6)]
     armature: _Sourced
     gravity: _Gravity
     limits: _Limits

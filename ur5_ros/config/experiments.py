@@ -3,40 +3,42 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast, get_args
 
-from ur5_ros.config.records import Record, Rule, validate
+import msgspec
+
+from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_yaml
 from ur5_ros.errors import Refusal
 
-Six = Annotated[list[float], Rule(shortest=6, longest=6)]
-Three = Annotated[list[float], Rule(shortest=3, longest=3)]
-Seconds = Annotated[float, Rule(above=0.0, at_most=3600.0)]
+Six = Annotated[list[float], Meta(min_length=6, max_length=6)]
+Three = Annotated[list[float], Meta(min_length=3, max_length=3)]
+Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
 Axis = Literal['x', 'y', 'z']
 JointName = Literal['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',
                     'wrist_2_joint', 'wrist_3_joint']
-Pause = Annotated[float, Rule(at_least=0.0, at_most=3600.0)]
+Pause = Annotated[float, Meta(ge=0.0, le=3600.0)]
 
 
-class Wave(Record):
+class Wave(Record, frozen=True, kw_only=True):
     """amplitude sin(2 pi frequency t + phase)."""
 
     amplitude: float
     """[m] along an axis, [rad] about an axis or on a joint."""
-    frequency: Annotated[float, Rule(at_least=0.0, at_most=100.0)]
+    frequency: Annotated[float, Meta(ge=0.0, le=100.0)]
     """[Hz]."""
     phase_degrees: float = 0.0
 
 
-class _Experiment(Record):
+class _Experiment(Record, frozen=True, kw_only=True):
     name: str
     description: str
     source: str
     start_degrees: Six
     """Manufacturer's joint angles where the motion begins."""
-    initial_error: Six = [0.0] * 6
+    initial_error: Six = msgspec.field(default_factory=lambda: [0.0] * 6)
     """q(0) - q*(0) [rad]: where the arm stands when the experiment is to show the transient."""
 
 
-class ToolWaves(_Experiment):
+class ToolWaves(_Experiment, frozen=True, kw_only=True):
     """
     The tool swings about its start: p0 + w(t) waves(t), R0 Rz Ry Rx of w(t) waves(t).
 
@@ -54,7 +56,7 @@ class ToolWaves(_Experiment):
     """Angles of R0 Rz(c) Ry(b) Rx(a) [rad]."""
 
 
-class ToolCircle(_Experiment):
+class ToolCircle(_Experiment, frozen=True, kw_only=True):
     """The tool runs around a circle, at rest at both ends, without turning."""
 
     kind: Literal['tool_circle']
@@ -63,15 +65,15 @@ class ToolCircle(_Experiment):
     """Centre of the circle from the start, axes of base [m]."""
     normal: Three
     """Axis of the turn in base; made perpendicular to ``centre``."""
-    turns: Annotated[float, Rule(above=0.0, at_most=100.0)] = 1.0
+    turns: Annotated[float, Meta(gt=0.0, le=100.0)] = 1.0
 
 
-class ToolPolygon(_Experiment):
+class ToolPolygon(_Experiment, frozen=True, kw_only=True):
     """The tool visits corners in straight lines, at rest in each."""
 
     kind: Literal['tool_polygon']
     leg_time: Seconds
-    corners: Annotated[list[Three], Rule(shortest=2, longest=100)]
+    corners: Annotated[list[Three], Meta(min_length=2, max_length=100)]
     """Positions from the start, axes of base [m]; the first is where it begins."""
 
     @property
@@ -80,7 +82,7 @@ class ToolPolygon(_Experiment):
         return self.leg_time * (len(self.corners) - 1)
 
 
-class JointWaves(_Experiment):
+class JointWaves(_Experiment, frozen=True, kw_only=True):
     """Joints swing about the start: q0 + w(t) waves(t), w as in :class:`ToolWaves`."""
 
     kind: Literal['joint_waves']
@@ -90,7 +92,7 @@ class JointWaves(_Experiment):
     joints: dict[JointName, list[Wave]]
 
 
-class JointStep(_Experiment):
+class JointStep(_Experiment, frozen=True, kw_only=True):
     """The reference stands still and jumps once, on purpose: the step response of the law."""
 
     kind: Literal['joint_step']

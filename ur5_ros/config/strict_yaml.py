@@ -1,5 +1,6 @@
 """YAML read strictly: no doubled key, no alias, no deep nest, no tag, bounded size."""
 
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,12 @@ class _Loader(_PlainLoader):
                               'remove one')
             seen.add(key)
         return super().construct_mapping(node, deep)
+
+
+# YAML 1.1 takes 1e-3 for a text; YAML 1.2, and whoever writes it, for a number.
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$'),
+    list('-+.0123456789'))
 
 
 def parse_yaml(text: str, source: str) -> Any:

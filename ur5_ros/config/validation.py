@@ -3,15 +3,15 @@
 from pathlib import Path
 from typing import Annotated
 
-from ur5_ros.config.records import Record, Rule, validate
+from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.config.strict_yaml import config_folder, read_yaml
 from ur5_ros.errors import Refusal
 
 
-class Mark(Record):
+class Mark(Record, frozen=True, kw_only=True):
     """One limit, with its unit and its source."""
 
-    limit: Annotated[float, Rule(at_least=0.0)]
+    limit: Annotated[float, Meta(ge=0.0)]
     """Highest value that passes."""
     unit: str
     """Unit of the limit."""
@@ -19,7 +19,7 @@ class Mark(Record):
     """Where the number comes from."""
 
 
-class Marks(Record):
+class Marks(Record, frozen=True, kw_only=True):
     """The limits of all checks, by name."""
 
     name: str

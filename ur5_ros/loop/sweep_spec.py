@@ -6,44 +6,45 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
+import msgspec
 import numpy as np
 
 from ur5_ros.config import config_folder, parse_yaml, read_yaml
-from ur5_ros.config.records import Record, Rule, validate
+from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.errors import Refusal
 
 #: Most runs that one sweep may ask for.
 MOST_RUNS = 1_000_000
 
-Pair = Annotated[list[float], Rule(shortest=2, longest=2)]
+Pair = Annotated[list[float], Meta(min_length=2, max_length=2)]
 Fixed = bool | int | float | str | list[float]
 
 
-class Axis(Record):
+class Axis(Record, frozen=True, kw_only=True):
     """Values of one key: a range, or random ones; a plain list of values needs no axis."""
 
-    first: Annotated[float | None, Rule(key='from')] = None
-    last: Annotated[float | None, Rule(key='to')] = None
-    count: Annotated[int | None, Rule(at_least=1, at_most=MOST_RUNS)] = None
+    first: float | None = msgspec.field(name='from', default=None)
+    last: float | None = msgspec.field(name='to', default=None)
+    count: Annotated[int, Meta(ge=1, le=MOST_RUNS)] | None = None
     scale: Literal['linear', 'log'] = 'linear'
     uniform: Pair | None = None
     log_uniform: Pair | None = None
     normal: Pair | None = None
-    size: Annotated[int | None, Rule(at_least=1, at_most=36)] = None
+    size: Annotated[int, Meta(ge=1, le=36)] | None = None
 
 
-class SweepSpec(Record):
+class SweepSpec(Record, frozen=True, kw_only=True):
     """What ``ur5 sweep`` reads; docs/sweeps.md describes every key."""
 
-    name: Annotated[str, Rule(pattern=r'[A-Za-z0-9_.-]+')]
+    name: Annotated[str, Meta(pattern=r'^[A-Za-z0-9_.-]+$')]
     question: str = ''
     experiment: str = 'kebria_fig11'
-    duration: Annotated[float | None, Rule(above=0.0, at_most=86400.0)] = None
+    duration: Annotated[float, Meta(gt=0.0, le=86400.0)] | None = None
     engine: Literal['loop', 'nodes'] = 'loop'
     judge: Literal['checks', 'metrics'] = 'checks'
     keep: Literal['none', 'failures', 'all'] = 'none'
-    seed: Annotated[int, Rule(at_least=0, at_most=2**31 - 1)] = 0
-    samples: Annotated[int, Rule(at_least=1, at_most=MOST_RUNS)] = 1
+    seed: Annotated[int, Meta(ge=0, le=2**31 - 1)] = 0
+    samples: Annotated[int, Meta(ge=1, le=MOST_RUNS)] = 1
     success: dict[str, float] = {}
     fixed: dict[str, Fixed] = {}
     cases: list[dict[str, Fixed]] = []
@@ -52,7 +53,7 @@ class SweepSpec(Record):
 
 def altered(spec: SweepSpec, **values: Any) -> SweepSpec:
     """Return a specification with other values."""
-    return SweepSpec(**(vars(spec) | values))
+    return msgspec.structs.replace(spec, **values)
 
 
 class RunSpec(NamedTuple):
