@@ -25,19 +25,23 @@ missed bar is worth a second look on a quiet one: `.venv/bin/python benchmarks/b
 TAIL = """## What stands in the way
 
 - A lockstep period is two messages.  The ping-pong with a kept wait set is what the middleware
-  takes for them, with no work done; physics, law, five encodings and eight records of a period
-  come on top of it, and where they exceed a third of it the bar of 0.75 cannot be met.
-- Law and step cost twice as much in the loop as by themselves: between two turns the other node
-  and the middleware's threads have used the same caches.
+  takes for them, with no work done; physics, law, seven messages made and recorded come on top.
+- What the nodes do costs two to three times as much in the loop as by itself: between two turns
+  the other node, the middleware and the kernel have used the same caches.  So every microsecond
+  of Python that is left out counts threefold.  An ordinary period is therefore one compiled call
+  for the law with its checks, and goes from bytes to bytes in the simulator.
 - Each message wakes a thread of the middleware before it wakes the node: there is no way around
   it for types without a bound on their size.
-- Sharing one core saves the waking of another on a quiet machine; where others compute too, two
-  processes bound to a core that they also use ran at half the speed of two that may move.
-- Judging, limits and bookkeeping around the law are Python; model and sums, which are compiled,
-  are a third of what an answer costs.
-- A wait set has to be filled anew for each wait (rclpy's crashes if it is not): 2 microseconds.
-- A publisher without a subscription costs 1 microsecond by itself, several with cold caches;
-  `/clock` and `~/reference` are published where somebody hears them.
+- Sharing one core saves the waking of another on a quiet machine, and batch scheduling saves the
+  interruptions; where others compute too, two processes bound to a core that they also use ran at
+  half the speed of two that may move.  A loop of two nodes on two cores wakes an idle core twice a
+  period.
+- Shared memory would save the ping-pong more than the loop; the nodes do without it for the
+  reasons in [the decision](decisions/loopback.md).
+- Paced, a core sleeps between two periods: after 0.3 ms of sleep the same work takes three times
+  as long as at once.
+- A wait set has to be filled anew for each wait (rclpy's crashes if it is not): 2 microseconds an
+  entity.  While the loop runs it holds the hot topic alone.
 """
 
 

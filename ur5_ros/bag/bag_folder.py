@@ -40,6 +40,9 @@ def make_topic(number: int, schema_id: int, name: str, schema: tuple[str, bytes]
                          metadata=metadata),
                  qos, type_hash)
 
+#: Log times of messages handed over together differ from their order by less than this [ns].
+_DISORDER = 1_000_000_000
+
 
 class BagFolder:
     """
@@ -130,6 +133,8 @@ class BagFolder:
             return len(messages)
         start = messages[begin][1] if self._file.start is None else self._file.start
         limit = start + self._max_duration
+        if messages[-1][1] + _DISORDER < limit:  # nearly always: no need to look at each
+            return len(messages)
         return next((at for at in range(begin + 1, len(messages)) if messages[at][1] >= limit),
                     len(messages))
 

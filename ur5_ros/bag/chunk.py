@@ -59,21 +59,15 @@ def cut(messages: Sequence[Message], size: int = CHUNK_SIZE) -> Iterator[Sequenc
         At a message that is larger than MAX_MESSAGE.
 
     """
-    if len(messages) * MESSAGE.size + sum([len(message[3]) for message in messages]) <= size:
-        if messages:  # what a loop leaves in one flush: the lock it waits for is held less long
-            yield messages
-        return
+    ends = np.cumsum([len(message[3]) + MESSAGE.size for message in messages])
     begin = used = 0
-    for at, message in enumerate(messages):
-        length = len(message[3]) + MESSAGE.size
-        if length > MAX_MESSAGE:
-            raise OverflowError(f'a message of {length} bytes; at most {MAX_MESSAGE} are written')
-        if used + length > size and used:
-            yield messages[begin:at]
-            begin, used = at, 0
-        used += length
-    if begin < len(messages):
-        yield messages[begin:]
+    while begin < len(messages):
+        end = max(begin + 1, int(np.searchsorted(ends, used + size, 'right')))
+        if ends[begin] - used > MAX_MESSAGE:
+            raise OverflowError(f'a message of {ends[begin] - used} bytes; at most {MAX_MESSAGE} '
+                                'are written')
+        yield messages[begin:end]
+        begin, used = end, int(ends[end - 1])
 
 
 def pack_chunk(definitions: bytes, messages: Sequence[Message]) -> PackedChunk:

@@ -52,6 +52,8 @@ class SimInputs:
         self.requests = LoopRequests(loop.wake)
         self.last_was_stamped = False
         """Whether the last command taken named its state, so that a copy does no harm."""
+        self.stepped = False
+        """Whether the last command took a plain period by itself, for the loop to reset."""
         self.command_topics: list[str] = []
         self.copies = 0
         """Copies of the last command taken that were passed over."""
@@ -114,7 +116,8 @@ class SimInputs:
             self._recording.write(record, data)
             self.hash.add(data)
             self._last = data
-            if not self._plain.step(tau, data):
+            self.stepped = self._plain.step(tau, data)
+            if not self.stepped:
                 self._gate.offer(topic, self._simulation.plant.stamp, tau)
             return
         stamp, names, effort = self._reader.read(data)

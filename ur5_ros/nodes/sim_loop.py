@@ -1,6 +1,8 @@
 """The simulator's loop: ask the gate, step or wait, hear what has come."""
 
 import time
+from collections.abc import Mapping
+from typing import Any
 
 from ur5_ros.nodes.sim_inputs import SimInputs
 from ur5_ros.nodes.simulation import Simulation
@@ -25,18 +27,18 @@ class SimLoop:
         What is heard.
     gate : CommandGate
         Decides which command acts, and when.
-    lockstep : bool
-        Whether time waits for commands.
+    parameters : mapping
+        ``lockstep``: whether time waits for commands; ``lockstep_timeout``: how long [s].
 
     """
 
-    def __init__(
-        self, simulation: Simulation, inputs: SimInputs, gate: CommandGate, lockstep: bool,
-    ) -> None:
+    def __init__(self, simulation: Simulation, inputs: SimInputs, gate: CommandGate,
+                 parameters: Mapping[str, Any]) -> None:
         self._simulation = simulation
         self._inputs = inputs
         self._gate = gate
-        self._lockstep = lockstep
+        self._lockstep = parameters['lockstep']
+        self._patience = min(GLANCE, parameters['lockstep_timeout'] or GLANCE)
         self._reminded = 0.0
 
     def begin(self) -> None:
@@ -50,6 +52,11 @@ class SimLoop:
         simulation, inputs, gate = self._simulation, self._inputs, self._gate
         if not simulation.may_step:
             inputs.receive(GLANCE)
+            simulation.send_events(gate)
+            return
+        if inputs.stepped:  # a plain period has just gone out: there is nothing to decide
+            inputs.stepped = False
+            inputs.receive(self._patience)
             simulation.send_events(gate)
             return
         decision = gate.next()

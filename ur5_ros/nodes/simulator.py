@@ -67,7 +67,7 @@ class Simulator:
             'sim', self.run_name, plant.arm.name, arm_text(parameters['arm']), parameters,
             topics.names, fingerprint()))
         self.outputs.introduce(self.run_name, urdf_text(plant.arm, parameters['tf_prefix']))
-        self._turns = SimLoop(self.simulation, self.inputs, self.gate, parameters['lockstep'])
+        self._turns = SimLoop(self.simulation, self.inputs, self.gate, parameters)
         offer_services(self.node, self)
         self._every_second = EverySecond()
         self.publishers_conflict = False
