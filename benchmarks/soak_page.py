@@ -5,7 +5,6 @@ docs/soak.md from the figures of a soak.
 """
 
 import json
-import os
 import sys
 import time
 from pathlib import Path
@@ -31,8 +30,7 @@ def page(results: list[dict[str, Any]]) -> str:
     minutes = sum(result['minutes'] for result in results)
     facts = machine()
     lines = [HEAD, f'{time.strftime("%Y-%m-%d", time.gmtime())}, {minutes:g} minutes, '
-             f'{facts["processor"]}, {facts["cores"]} cores, Python {facts["python"]}, '
-             f'load average of the last quarter of an hour {os.getloadavg()[2]:.1f}.', '']
+             f'{facts["processor"]}, {facts["cores"]} cores, Python {facts["python"]}.', '']
     for result in results:
         lines += [f'## {result["mode"].capitalize()}', '', '| figure | value |', '|---|---|']
         lines += [f'| {name} | {_text(value)} |' for name, value in result.items()
