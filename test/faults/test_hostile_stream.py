@@ -29,7 +29,7 @@ def test_hostile_commands_through_the_middleware_are_judged_one_by_one(
     publisher = watcher.publisher(JointState, '/joint_command')
     sent, began = 0, time.monotonic()
     while judged(told) < wanted:  # best effort loses some where the machine is busy
-        assert sent < 4 * wanted, f'{judged(told)} of {sent} commands judged: {sim.text[-500:]}'
+        assert sent < 8 * wanted, f'{judged(told)} of {sent} commands judged: {sim.text[-500:]}'
         for _ in range(100):
             now = states[-1].header.stamp
             for _ in range(AT_ONCE):
@@ -37,6 +37,7 @@ def test_hostile_commands_through_the_middleware_are_judged_one_by_one(
             sent += AT_ONCE
             time.sleep(0.0005)
         del states[:-1], told[:-2]
+        time.sleep(0.1)  # the node tells what it has judged once a second
     record_property('hostile commands sent through the middleware', sent)
     record_property('hostile commands judged by the node', judged(told))
     record_property('hostile commands sent [1/s]', sent / (time.monotonic() - began))
