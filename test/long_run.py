@@ -80,6 +80,8 @@ class LongRun:
     def _watch(self) -> None:
         sim, ended = self._nodes['sim'].popen, threading.Event()
         while sim.poll() is None and not ended.wait(LOOK):
+            if not any((self.folder / 'bags').glob('*/control/*.mcap')):
+                continue  # a node that starts loads what it needs
             for name, process in self._nodes.items():
                 try:
                     self.looks[name].append((resident(process.pid), open_files(process.pid)))

@@ -63,4 +63,5 @@ def potential_energy(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     weight[:, :3, :3] = np.einsum('l,i,lj->lij', mass, arm.gravity, com)
     weight[:, :3, 3] = np.outer(mass, arm.gravity)
     frames = link_transforms(q, arm)
-    return -(frames.reshape(*frames.shape[:-3], 96) @ weight.ravel())
+    # a sum, not @: BLAS adds in another order for one state than for many
+    return -(frames.reshape(*frames.shape[:-3], 96) * weight.ravel()).sum(axis=-1)
