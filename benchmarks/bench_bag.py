@@ -15,6 +15,7 @@ from ur5_ros.bag.cdr import FixedJointState
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.types import schema_text
 from ur5_ros.bag.writer import MAX_WAITING, BagWriter
+from ur5_ros.loop.processes import private_environment
 from ur5_ros.signals import JOINT_NAMES
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -159,7 +160,7 @@ def writing(folder: Path) -> dict:
         from sensor_msgs.msg import JointState
     except ImportError:
         return candidates
-    os.environ.setdefault('ROS_DOMAIN_ID', '77')
+    os.environ.update(private_environment())
     rclpy.init()
     publisher = rclpy.create_node('benchmark').create_publisher(
         JointState, '/benchmark', QoSProfile(depth=1))

@@ -16,10 +16,13 @@ import subprocess
 import sys
 import time
 from array import array
+from contextlib import suppress
+from typing import NoReturn
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
@@ -57,8 +60,16 @@ class Taker:
         return taken[0] if taken else None
 
 
-def pong(how: str) -> None:
-    """Answer every ping until the parent ends this process."""
+def leave(node: Node) -> NoReturn:
+    """End this process without leaving shared memory of the middleware behind."""
+    node.destroy_node()  # the last one takes the participant with it
+    rclpy.try_shutdown()
+    sys.stdout.flush()
+    os._exit(0)
+
+
+def pong(how: str) -> NoReturn:
+    """Answer every ping until the parent sends SIGTERM."""
     rclpy.init()
     node = rclpy.create_node('pong')
     publisher = node.create_publisher(JointState, 'pong', QOS)
@@ -71,20 +82,21 @@ def pong(how: str) -> None:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         print('ready', flush=True)
-        executor.spin()
+        with suppress(ExternalShutdownException, _rclpy.RCLError):
+            executor.spin()
+        leave(node)
     subscription = node.create_subscription(JointState, 'ping', lambda _: None, QOS, raw=True)
     taker = Taker(node, subscription)
     print('ready', flush=True)
-    while True:
-        data = taker.take(1.0)
+    while rclpy.ok():
+        data = taker.take(0.2)
         if data is not None:
             publisher.publish(data)
+    leave(node)
 
 
-def ping(how: str, trips: int) -> list[float]:
+def ping(node: Node, how: str, trips: int) -> list[float]:
     """Return the time of each round trip [s]."""
-    rclpy.init()
-    node = rclpy.create_node('ping')
     publisher = node.create_publisher(JointState, 'ping', QOS)
     times: list[float] = []
     if how == 'executor':
@@ -164,21 +176,21 @@ def main() -> None:
         pin_to_core(str(options.core))
     if options.pong:
         pong(options.how)
-        return
     os.environ.setdefault('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))
     child = subprocess.Popen([sys.executable, __file__, '--pong', '--how', options.how],
                              stdout=subprocess.PIPE)
+    rclpy.init()
+    node = rclpy.create_node('ping')
     try:
         child.stdout.readline()
-        times = ping(options.how, options.trips)
+        times = ping(node, options.how, options.trips)
     finally:
-        child.kill()
+        child.terminate()
         child.wait()
     times.sort()
     print(json.dumps({'per_second': len(times) / sum(times), 'p50': statistics.median(times),
                       'p99': times[int(0.99 * len(times))], 'answered': len(times)}))
-    sys.stdout.flush()
-    os._exit(0)
+    leave(node)
 
 
 if __name__ == '__main__':

@@ -36,7 +36,7 @@ ARGUMENTS = {
     'control_rate': ('1000', '[Hz]'),
     'realtime_factor': ('1.0', 'Paced runs: 1.0 = wall clock, 0.0 = as fast as it goes.'),
     'effort_convention': ('total', 'total or gravity_excluded, for both nodes.'),
-    'bag': ('auto', "'auto', or '' for no bags."),
+    'bag': ('auto', "Run folder of both bags; 'auto' names one, '' makes none."),
     'launch_rviz': ('false', 'Show the arm in RViz.'),
     'use_sim_time': ('true', 'Of RViz and robot_state_publisher.'),
     'loopback': ('true', 'Keep every socket on 127.0.0.1.'),
@@ -50,13 +50,15 @@ def nodes(context: LaunchContext) -> list:
     shared = {
         'tf_prefix': said['tf_prefix'],
         'effort_convention': said['effort_convention'],
-        'bag': said['bag'],
     }
+    bags = {node: said['bag'] if said['bag'] in ('', 'auto') else f'{said["bag"]}/{node}'
+            for node in ('sim', 'control')}
     simulator = Node(
         package='ur5_ros', executable='sim_node', name='ur5_sim', namespace=said['namespace'],
         output='screen', emulate_tty=True, on_exit=Shutdown(reason='the simulator has ended'),
         parameters=[str(CONFIG / 'sim.yaml'), shared | {
             'arm': said['arm'],
+            'bag': bags['sim'],
             'gui': said['gui'].lower() == 'true',
             'lockstep': said['lockstep'].lower() == 'true',
             'control_rate': int(said['control_rate']),
@@ -70,6 +72,7 @@ def nodes(context: LaunchContext) -> list:
         namespace=said['namespace'], output='screen', emulate_tty=True,
         parameters=[str(CONFIG / 'control.yaml'), shared | {
             'arm': said['control_arm'],
+            'bag': bags['control'],
             'experiment': said['experiment'],
             'autostart': True,
         }])

@@ -71,7 +71,7 @@ def test_a_file_cut_at_any_byte_gives_its_whole_chunks_and_says_that_it_is_cut(
         assert len(times) >= before and not bag.complete
         before = len(times)
     assert before == 40
-    record_property('cuts', len(whole))
+    record_property('bag cut off at so many different bytes', len(whole))
 
 
 def flips(data, number, seed):
@@ -106,8 +106,8 @@ def test_a_flipped_bit_is_found_or_changes_nothing(small, tmp_path, state, numbe
             assert taken == truth, f'silent change by a flip in byte {at}'
             silent += state == 'finished'
     assert silent == 0, 'a finished file has a CRC over every byte'
-    record_property('flips', number)
-    record_property('without effect', harmless)
+    record_property('bags with a flipped bit', number)
+    record_property('flipped bits that change nothing that is read', harmless)
 
 
 @pytest.mark.fault(70, 75)
@@ -151,7 +151,7 @@ def read_limited(path, record_property):
     assert result.returncode == 0, (result.returncode, result.stderr)
     *problems, memory = result.stdout.splitlines()
     assert problems and int(memory) < 300
-    record_property('resident MB', int(memory))
+    record_property('memory for reading a bag made to exhaust it [MB]', int(memory))
     return '\n'.join(problems)
 
 

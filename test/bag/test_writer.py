@@ -240,7 +240,7 @@ def test_a_full_disk_ends_the_recording_and_leaves_no_lie(tmp_path, later, recor
     assert not bag.complete and any('unfinished' in problem for problem in bag.problems)
     assert not any('cut off' in problem for problem in bag.problems)
     assert not (tmp_path / 'bag' / 'metadata.yaml').exists()
-    record_property('messages not written', lost)
+    record_property('messages that a full disk did not take, counted', lost)
 
 
 DELETED = """

@@ -4,6 +4,8 @@
     <!-- test: GROUP, python -->         python: part of one session, run at the end
     <!-- test: GROUP, exit 1 -->         shell: every command of the block has to end with 1
     <!-- test: GROUP, background -->     shell: runs beside what follows, until the group ends
+    <!-- test: GROUP, page -->           shell: serves a page, which is fetched, and is ended
+    <!-- test: GROUP, interrupted -->    shell: every command goes on well until Ctrl-C
     <!-- test: GROUP, file NAME -->      is written to a file
     <!-- test: none, REASON -->          is not run
 """
@@ -20,6 +22,23 @@ RUNNABLE = ('sh', 'bash', 'python', 'xml', 'yaml')
 
 _BLOCK = re.compile(r'(?:<!-- test: (?P<said>[^>]*?) -->\s*\n)?^```(?P<language>\w*)[^\n]*\n'
                     r'(?P<text>.*?)^```', re.MULTILINE | re.DOTALL)
+
+
+#: Fetches the page whose address a program prints, and ends the program.
+_FETCH = """rm -f page.txt
+{{ exec {command} > page.txt; }} &
+started+=($!)
+for _ in $(seq 600); do
+  address=$(grep -som1 'http://[0-9.:]*' page.txt || true)
+  [ -z "$address" ] || break
+  sleep 0.1
+done
+python -c "from urllib.request import urlopen; assert b'<html' in urlopen('$address').read()"
+kill $!
+wait $! || test $? -gt 128"""
+
+#: What a program that Ctrl-C ended says; 0 is one that was quicker.
+_INTERRUPTED = (0, 130)
 
 
 class Snippet(NamedTuple):
@@ -69,17 +88,27 @@ def script(group: list[Snippet], folder: Path) -> str:
             page.append(snippet.text)
         elif snippet.how == 'background':
             lines += [f'{{ exec {snippet.text.strip()}; }} &', 'started+=($!)']
-        elif snippet.how.startswith('exit '):
-            wanted = snippet.how.removeprefix('exit ')
+        elif snippet.how == 'page':
+            lines += [_FETCH.format(command=each) for each in _commands(snippet.text)]
+        elif snippet.how == 'interrupted':
             for command in _commands(snippet.text):
-                lines.append(f'{{ set +e; {command}; code=$?; set -e; }}\n'
-                             f'test "$code" = {wanted} || {{ echo "exit $code"; exit 9; }}')
+                lines.append(_ends(f'timeout --preserve-status -s INT 8 {command}', _INTERRUPTED))
+        elif snippet.how.startswith('exit '):
+            wanted = int(snippet.how.removeprefix('exit '))
+            lines += [_ends(command, (wanted,)) for command in _commands(snippet.text)]
         else:
             lines.append(snippet.text)
     if page:
         (folder / 'page.py').write_text('\n'.join(page), encoding='utf-8')
         lines.append('python page.py')
     return '\n'.join(lines) + '\n'
+
+
+def _ends(command: str, codes: tuple[int, ...]) -> str:
+    """Return bash that runs a command, which has to end with one of some exit codes."""
+    return (f'{{ set +e; {command}; code=$?; set -e; }}\n'
+            f'[[ " {" ".join(map(str, codes))} " == *" $code "* ]] '
+            '|| { echo "exit $code"; exit 9; }')
 
 
 def _commands(text: str) -> list[str]:

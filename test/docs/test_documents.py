@@ -1,6 +1,7 @@
 """README and docs: every snippet runs, every link leads somewhere, generated pages are current."""
 
 import contextlib
+import gzip
 import importlib.util
 import os
 import re
@@ -9,7 +10,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from ur5_ros.config import load_arm
+from ur5_ros.model.dynamics import inverse_dynamics
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -24,7 +29,7 @@ def load(name: str, path: Path):
 
 documents = load('snippets', Path(__file__).parent / 'snippets.py')
 GROUPS = documents.groups()
-REASONS = ('needs ', 'each takes ', 'serves a page', 'test/', 'takes ')
+REASONS = ('needs ', 'test/')
 
 
 def test_every_snippet_is_run_or_says_why_not():
@@ -33,18 +38,35 @@ def test_every_snippet_is_run_or_says_why_not():
     assert not unmarked
 
 
+def robot_log(path: Path) -> None:
+    """Write two seconds of a log as a UR's real-time interface gives it."""
+    t = np.arange(250) / 125.0
+    w, middle = 1.1 * np.arange(1, 7), np.array([0.0, -1.5, 1.5, -1.5, -1.5, 0.0])
+    q = middle + 0.3 * np.sin(np.outer(t, w))
+    qd, qdd = 0.3 * w * np.cos(np.outer(t, w)), -0.3 * w**2 * np.sin(np.outer(t, w))
+    torque = inverse_dynamics(q, qd, qdd, load_arm('ur5_controller'))
+    names = ('actual_q', 'actual_qd', 'target_q', 'target_qd', 'target_qdd', 'target_moment')
+    header = ['timestamp', *(f'{name}_{joint}' for name in names for joint in range(6))]
+    with gzip.open(path, 'wt') as file:
+        np.savetxt(file, np.column_stack([t, q, qd, q, qd, qdd, torque]), delimiter=',',
+                   header=','.join(header), comments='')
+
+
 @pytest.mark.parametrize('name', sorted(GROUPS))
 def test_the_snippets_of_a_group_run_as_printed(name, tmp_path):
     (tmp_path / '.venv').symlink_to(Path(sys.prefix))
     (tmp_path / 'bags').mkdir()
     (tmp_path / 'bags/golden').symlink_to(ROOT / 'bags/golden')
+    (tmp_path / 'config').symlink_to(ROOT / 'config')
+    robot_log(tmp_path / 'log.csv.gz')
     script = documents.script(GROUPS[name], tmp_path)
     environment = {key: value for key, value in os.environ.items()
                    if not key.startswith(('PYTEST', 'MAKE', '_ROS_WHEELS'))}
     environment |= {
         'ROS_DOMAIN_ID': str(180 + sorted(GROUPS).index(name)),
         'FASTRTPS_DEFAULT_PROFILES_FILE': str(ROOT / 'config/fastdds_loopback.xml'),
-        'PATH': f'{Path(sys.executable).parent}{os.pathsep}{environment["PATH"]}',
+        'PATH': os.pathsep.join([str(Path(sys.executable).parent), str(ROOT / 'test/docs/bin'),
+                                 environment['PATH']]),
     }
     environment.pop('ROS_AUTOMATIC_DISCOVERY_RANGE', None)
     output = tmp_path / 'output.txt'

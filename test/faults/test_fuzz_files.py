@@ -104,7 +104,7 @@ def test_no_mutilated_bag_is_believed(times, tmp_path, record_property):
             assert '\n' not in str(refusal)
             refused += 1
     record_property('mutilated bags', count)
-    record_property('of them refused as a whole', refused)
+    record_property('mutilated bags refused as a whole', refused)
     assert mended > 0
 
 

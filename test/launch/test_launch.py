@@ -111,6 +111,7 @@ def test_what_nobody_asked_for_is_not_started():
     assert len(launched('closed_loop')[0]) == 2
     assert len(launched('rviz', launch_rviz='false')[0]) == 1
     assert launched('sim', loopback='false')[1] == {}
+    assert [node.parameters[-1]['bag'] for node in launched('closed_loop', bag='')[0]] == ['', '']
     assert launched('sim', ur_type='ur3e')[0][0].parameters[-1]['arm'] == 'ur3e'
     assert launched('sim', ur_type='ur3e', arm='ur20')[0][0].parameters[-1]['arm'] == 'ur20'
 
@@ -125,11 +126,8 @@ def test_both_nodes_run_the_experiment_with_what_the_launch_file_gives_them(name
     try:
         for node in nodes:
             log = (tmp_path / f'{node.executable}.log').open('w')
-            arguments = [each.replace(f"bag:='{tmp_path}/run'",
-                                      f"bag:='{tmp_path}/run/{node.executable}'")
-                         for each in node.arguments]
             started.append(subprocess.Popen(
-                [Path(sys.executable).parent / node.executable, *arguments], cwd=tmp_path,
+                [Path(sys.executable).parent / node.executable, *node.arguments], cwd=tmp_path,
                 env=os.environ | environment | {'ROS_DOMAIN_ID': domain},
                 stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT))
         assert started[0].wait(timeout=300) == 0, (tmp_path / 'sim_node.log').read_text()
@@ -140,7 +138,7 @@ def test_both_nodes_run_the_experiment_with_what_the_launch_file_gives_them(name
             if process.poll() is None:
                 process.kill()
                 process.wait()
-    bag = open_bag(tmp_path / 'run/sim_node')
+    bag = open_bag(tmp_path / 'run/sim')
     prefix = f'/{namespace}' if namespace else ''
     states = bag.joint_states(f'{prefix}/joint_states')
     assert len(states.stamp) >= 8 * 125

@@ -1,11 +1,13 @@
 """A ros2_control hardware component on topics drives the arm: what the plugin sends is taken."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import rclpy
@@ -20,6 +22,10 @@ from ur5_ros.config import config_folder, load_arm
 from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.signals import JOINT_NAMES
 
+PAGE = Path(__file__).resolve().parents[2] / 'docs/ros2_control.md'
+TAG = ElementTree.fromstring(
+    re.search(r'```xml\n(.*?)```', PAGE.read_text(encoding='utf-8'), re.DOTALL)[1])
+PARAMETERS = {each.get('name'): each.text for each in TAG.iter('param')}
 TORQUE = np.array([0.5, 0.0, 2.0, 0.0, 0.1, 0.0])
 
 
@@ -35,8 +41,10 @@ class Component(Node):
         super().__init__('component', start_parameter_services=False, parameter_overrides=[
             Parameter('use_sim_time', value=True)])
         self.states = 0
-        self.command = self.create_publisher(JointState, '/joint_command', QoSProfile(depth=1))
-        self.create_subscription(JointState, '/joint_states', self.read, qos_profile_sensor_data)
+        self.command = self.create_publisher(
+            JointState, PARAMETERS['joint_commands_topic'], QoSProfile(depth=1))
+        self.create_subscription(
+            JointState, PARAMETERS['joint_states_topic'], self.read, qos_profile_sensor_data)
 
     def read(self, _):
         self.states += 1
@@ -45,6 +53,15 @@ class Component(Node):
         message = JointState(name=list(JOINT_NAMES), effort=TORQUE.tolist())
         message.header.stamp = self.get_clock().now().to_msg()
         self.command.publish(message)
+
+
+def test_the_tag_of_the_page_commands_efforts_of_a_joint_of_the_arm():
+    joint = TAG.find('joint')
+    assert joint.get('name') in JOINT_NAMES
+    assert [each.get('name') for each in joint.iter('command_interface')] == ['effort']
+    assert [each.get('name') for each in joint.iter('state_interface')] == [
+        'position', 'velocity', 'effort']
+    assert float(PARAMETERS['trigger_joint_command_threshold']) < 0.0
 
 
 def test_the_torques_of_a_topic_hardware_component_act_above_gravity(monkeypatch, tmp_path):

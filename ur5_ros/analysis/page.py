@@ -64,7 +64,7 @@ function look(figure, box) {
   return {
     paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)',
     font: {color: ink, size: narrow ? 10 : 12, family: 'system-ui, DejaVu Sans, sans-serif'},
-    margin: {l: narrow ? 48 : 62, r: 10, t: 8, b: 44},
+    margin: {l: narrow ? 48 : 62, r: 10, t: 34, b: 44},  // the tools stand above the plot
     xaxis: {...axis, title: {text: figure.x, standoff: 6},
       type: (figure.category || '').includes('x') ? 'category' : undefined},
     yaxis: {...axis, title: {text: figure.y, standoff: 6},

@@ -92,7 +92,7 @@ def _verdict(result: Result) -> str:
     else:
         words = f'{count.count(PASS)} checks pass, none fails'
         skipped = count.count(NOT_APPLICABLE)
-        words += f', {skipped} do not apply.' if skipped else '.'
+        words += f', {skipped} {"does" if skipped == 1 else "do"} not apply.' if skipped else '.'
     return (f'<div class="verdict {_text(result.verdict)}"><div class="stamp">'
             f'{_text(result.verdict)}</div><div><h1>{_text(result.run)}</h1>'
             f'<p>{_text(words)}</p></div></div>\n{_about(result.about)}')

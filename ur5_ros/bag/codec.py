@@ -77,6 +77,7 @@ class _Reader:
         self.length = Struct(order + 'I')
 
     def align(self, size: int) -> None:
+        """Step over what a field of this size leaves out before it."""
         self.at += -(self.at - 4) % size
 
     def count(self) -> int:
@@ -90,6 +91,7 @@ class _Reader:
         return number
 
     def text(self) -> str:
+        """Return a text without its closing zero."""
         size = self.count()
         raw = self.data[self.at:self.at + size]
         self.at += size
@@ -101,6 +103,7 @@ class _Reader:
             raise BagProblem(f'{self.name}: a text that is not UTF-8') from None
 
     def numbers(self, kind: str, number: int) -> np.ndarray:
+        """Return numbers of one kind, in this machine's byte order."""
         dtype = np.dtype(self.order + kind)
         if number == 0:
             return np.empty(0, dtype.newbyteorder('='))
@@ -114,6 +117,7 @@ class _Reader:
         return values.astype(dtype.newbyteorder('='))
 
     def single(self, field: Field, depth: int) -> Any:
+        """Return one element of a field."""
         if field.nested:
             return self.message(field.base, depth + 1)
         kind = PRIMITIVES[field.base]
@@ -123,6 +127,7 @@ class _Reader:
         return bool(value) if field.base == 'bool' else value
 
     def message(self, name: str, depth: int) -> dict[str, Any]:
+        """Return a message, its fields by name."""
         if depth > MAX_DEPTH:
             raise BagProblem(f'{self.name}: types nested deeper than {MAX_DEPTH}')
         fields = self.definitions.get(name)
@@ -135,6 +140,7 @@ class _Reader:
         return {field.name: self.field(field, depth) for field in fields}
 
     def field(self, field: Field, depth: int) -> Any:
+        """Return a field, whole."""
         if not field.array:
             return self.single(field, depth)
         number = field.size if field.array == 'fixed' else self.count()

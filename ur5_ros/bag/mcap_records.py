@@ -46,6 +46,7 @@ class _ExactStream(ReadDataStream):
     """Fails where less is left than a record asks for, instead of giving what there is."""
 
     def read(self, length: int) -> bytes:
+        """Return the next bytes, all of them."""
         data = super().read(length)
         if len(data) != length:
             raise EndOfFile()

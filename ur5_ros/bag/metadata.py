@@ -73,9 +73,11 @@ class _Dumper(yaml.SafeDumper):
     """Block style with indented lists, as yaml-cpp writes them for rosbag2; no aliases."""
 
     def increase_indent(self, flow=False, indentless=False):
+        """Indent lists below their key too."""
         return super().increase_indent(flow, False)
 
     def ignore_aliases(self, data):
+        """Write everything out, however often it comes."""
         return True
 
 
