@@ -26,7 +26,9 @@ _BLOCK = re.compile(r'(?:<!-- test: (?P<said>[^>]*?) -->\s*\n)?^```(?P<language>
 
 #: Fetches the page whose address a program prints, and ends the program.
 _FETCH = """rm -f page.txt
-{{ exec {command} > page.txt; }} &
+{{ exec > page.txt
+exec {command}
+}} &
 started+=($!)
 for _ in $(seq 600); do
   address=$(grep -som1 'http://[0-9.:]*' page.txt || true)

@@ -67,6 +67,7 @@ def test_the_snippets_of_a_group_run_as_printed(name, tmp_path):
         'FASTRTPS_DEFAULT_PROFILES_FILE': str(ROOT / 'config/fastdds_loopback.xml'),
         'PATH': os.pathsep.join([str(Path(sys.executable).parent), str(ROOT / 'test/docs/bin'),
                                  environment['PATH']]),
+        'DASK_TEMPORARY_DIRECTORY': str(tmp_path),
     }
     environment.pop('ROS_AUTOMATIC_DISCOVERY_RANGE', None)
     output = tmp_path / 'output.txt'

@@ -89,7 +89,7 @@ class Steering:
 
     def run(self) -> int:
         """Answer states until asked to end; return the exit code."""
-        self._logger.info(f'waiting for states on {self._names["joint_states"]}')
+        self._tell_waiting()
         freeze_garbage()
         while not self._stop.reason:
             for number, data in self._wait(GLANCE):
@@ -181,8 +181,7 @@ class Steering:
         if self.recording.failure:
             self.refusals.add('bag', 'failure', self.recording.failure)
         if not self.answering.first_at:
-            if self._waiting_line('waiting'):
-                self._logger.info(f'waiting for states on {self._names["joint_states"]}')
+            self._tell_waiting()
         elif not self._run_name and time.monotonic() - self.answering.first_at > NAMING_TIME:
             self._open_bag(run_of(self.recording.where, new_run_name))
             self._logger.warning('no simulator named the run; it is called ' + self._run_name)
@@ -191,6 +190,10 @@ class Steering:
         values |= self.counters() | {'bag_lost': self.recording.lost}
         self.outputs.diagnostics(self.answering.stamp, ERROR if self._robots > 1 else level, word,
                                  values)
+
+    def _tell_waiting(self) -> None:
+        if self._waiting_line('waiting'):
+            self._logger.info(f'waiting for states on {self._names["joint_states"]}')
 
     def _end(self) -> int:
         self.requests.close()
