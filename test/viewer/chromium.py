@@ -3,6 +3,7 @@
 import base64
 import itertools
 import json
+import os
 import shutil
 import subprocess
 import time
@@ -27,8 +28,10 @@ class Chromium:
     def __init__(self, profile: Path):
         program = shutil.which('chromium')
         assert program, 'no chromium: apt-get install chromium'
+        profile.mkdir(parents=True, exist_ok=True)
         self._process = subprocess.Popen(
             [program, *OPTIONS, f'--user-data-dir={profile}', 'about:blank'],
+            env=os.environ | {'TMPDIR': str(profile)},
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL)
         port = self._port(profile / 'DevToolsActivePort')
         with urllib.request.urlopen(f'http://127.0.0.1:{port}/json/list', timeout=20) as answer:
