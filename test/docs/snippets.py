@@ -79,7 +79,7 @@ def groups() -> dict[str, list[Snippet]]:
 def script(group: list[Snippet], folder: Path) -> str:
     """Write the files of a group and return the bash script that runs the rest of it."""
     lines = ['set -euo pipefail', 'started=()',
-             'trap \'[ -z "$started" ] || kill "${started[@]}" 2>/dev/null || true; wait\' EXIT',
+             'trap \'kill "${started[@]}" 2>/dev/null || true; wait\' EXIT',
              # what make would do first is done: this environment exists
              f'make() {{ command make -C {shlex.quote(str(ROOT))} -n "$@"; }}']
     page = []

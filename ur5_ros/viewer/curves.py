@@ -1,5 +1,7 @@
 """Curves beside the arm: torques, joint errors, tool error, with a mark at the time shown."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import viser
 from viser import uplot
@@ -10,6 +12,12 @@ SHORT_NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
 #: Told apart on light and on dark ground (the palette of the report's lines).
 COLOURS = ('#4c78a8', '#e45756', '#54a24b', '#f58518', '#b279a2', '#72b7b2')
 MARK = '#888888'
+
+
+def colour_key(colours: Mapping[str, str]) -> str:
+    """Return Markdown that shows which name has which CSS colour."""
+    return ' '.join(f'<span style="color:{colour}">&#9632;</span> {name}'
+                    for name, colour in colours.items())
 
 
 class Curve:
@@ -85,11 +93,9 @@ class Curves:
     """The three charts of a track."""
 
     def __init__(self, server: viser.ViserServer, track: Track):
+        server.gui.add_markdown(colour_key(dict(zip(SHORT_NAMES, COLOURS, strict=True))))
         self._charts = [Curve(server, title, names, track.t, values)
                         for (title, names), values in zip(_CHARTS, _values(track), strict=True)]
-        server.gui.add_markdown(' '.join(
-            f'<span style="color:{colour}">&#9632;</span> {name}'
-            for colour, name in zip(COLOURS, SHORT_NAMES, strict=True)))
 
     def mark(self, row: int) -> None:
         """Put the mark of every chart at a row."""

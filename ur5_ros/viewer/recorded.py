@@ -6,6 +6,7 @@ from typing import Any
 
 from ur5_ros.analysis.series import Run
 from ur5_ros.viewer.arm_scene import MEASURED, WANTED
+from ur5_ros.viewer.curves import colour_key
 from ur5_ros.viewer.server import Page
 from ur5_ros.viewer.track import arm_of, track, tree_of
 
@@ -38,6 +39,8 @@ class RecordedView:
             self.play = gui.add_button('Play')
             self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
                                           initial_value='1')
+            gui.add_markdown('tool path: ' + colour_key(
+                {'measured': f'rgb{MEASURED}', 'wanted': f'rgb{WANTED}'}))
         self._playing = False
         self._lock = threading.Lock()
         self.time.on_update(lambda _: self._show())
