@@ -77,7 +77,8 @@ class Cluster:
 
     def worker(self, threads: int = 1) -> subprocess.Popen:
         return self.start('dask_worker', self.address, '--nthreads', str(threads), '--no-nanny',
-                          '--no-dashboard', '--death-timeout', '60')
+                          '--no-dashboard', '--death-timeout', '60', '--local-directory',
+                          str(self.folder))
 
     def close(self) -> None:
         for process in self.processes:
