@@ -5,8 +5,10 @@ import logging
 import os
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
+from multiprocessing import resource_tracker
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 import dask
@@ -58,9 +60,13 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
     if number < 1:
         raise Refusal(f'--workers {number}; give at least 1')
     # Dask's profiler looks at the stacks a hundred times a second and keeps an hour of them.
-    with dask.config.set({'distributed.worker.daemon': True,
-                          'distributed.worker.profile.enabled': False}):
+    with TemporaryDirectory(prefix='ur5-sweep-', ignore_cleanup_errors=True) as scratch, \
+            dask.config.set({'temporary-directory': scratch,
+                             'distributed.worker.daemon': True,
+                             'distributed.worker.profile.enabled': False}):
         # The cluster's thread and the workers that it starts keep this mask: Ctrl-C is ours.
+        # Begun later, the tracker of shared memory would take the mask off that thread.
+        resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             local = LocalCluster(n_workers=number, threads_per_worker=1, processes=True,
@@ -102,7 +108,8 @@ def connected(address: str, patience: float = PATIENCE) -> Iterator[Client]:
     try:
         yield client
     finally:
-        client.close(timeout=2)
+        with suppress(Exception):  # of a client that was just looking for its scheduler again
+            client.close(timeout=2)
 
 
 def spread(
