@@ -59,7 +59,8 @@ class Cluster:
         with log:
             process = subprocess.Popen(
                 [sys.executable, '-m', 'distributed.cli.' + arguments[0], *arguments[1:]],
-                stdout=log, stderr=log, cwd=self.folder, start_new_session=True)
+                stdout=log, stderr=log, cwd=self.folder, start_new_session=True,
+                env=os.environ | {'DASK_TEMPORARY_DIRECTORY': str(self.folder)})
         self.processes.append(process)
         return process
 
@@ -77,8 +78,7 @@ class Cluster:
 
     def worker(self, threads: int = 1) -> subprocess.Popen:
         return self.start('dask_worker', self.address, '--nthreads', str(threads), '--no-nanny',
-                          '--no-dashboard', '--death-timeout', '60', '--local-directory',
-                          str(self.folder))
+                          '--no-dashboard', '--death-timeout', '60')
 
     def close(self) -> None:
         for process in self.processes:

@@ -47,7 +47,8 @@ def test_a_joint_target_is_reached(arm):
     publisher = arm.watcher.publisher(JointState, '/ur5_control/target_joints')
     publisher.publish(JointState(name=list(JOINT_NAMES[::-1]), position=NEAR[::-1]))
     stands_at(arm, NEAR)
-    assert np.allclose(arm.references[-1].points[0].positions, NEAR)
+    wait_until(lambda: np.allclose(arm.references[-1].points[0].positions, NEAR),
+               'the reference at the target')
 
 
 def test_a_pose_target_is_reached_and_its_branch_told(arm):
