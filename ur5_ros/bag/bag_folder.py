@@ -40,6 +40,7 @@ def make_topic(number: int, schema_id: int, name: str, schema: tuple[str, bytes]
                          metadata=metadata),
                  qos, type_hash)
 
+
 #: Log times of messages handed over together differ from their order by less than this [ns].
 _DISORDER = 1_000_000_000
 

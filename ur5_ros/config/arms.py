@@ -6,13 +6,11 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
-from ur5_ros.config.records import Meta, Record, validate
+from ur5_ros.config.records import Meta, Record, Six, Three, validate
 from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
 
-Six = Annotated[list[float], Meta(min_length=6, max_length=6)]
-Three = Annotated[list[float], Meta(min_length=3, max_length=3)]
 Range = Annotated[list[float], Meta(min_length=2, max_length=2)]
 
 

@@ -5,12 +5,10 @@ from typing import Annotated, Any, Literal, cast, get_args
 
 import msgspec
 
-from ur5_ros.config.records import Meta, Record, validate
+from ur5_ros.config.records import Meta, Record, Six, Three, validate
 from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_yaml
 from ur5_ros.errors import Refusal
 
-Six = Annotated[list[float], Meta(min_length=6, max_length=6)]
-Three = Annotated[list[float], Meta(min_length=3, max_length=3)]
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
 Axis = Literal['x', 'y', 'z']
 JointName = Literal['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',

@@ -2,14 +2,14 @@
 
 import math
 import re
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 from msgspec import Meta
 
 from ur5_ros.errors import Refusal
 
-__all__ = ['Meta', 'Record', 'as_data', 'validate']
+__all__ = ['Meta', 'Record', 'Six', 'Three', 'as_data', 'validate']
 
 #: msgspec's words, and what a person would say.
 _WORDS = {'object': 'keys with values', 'array': 'a list', 'float': 'a finite number',
@@ -19,6 +19,10 @@ _WORDS = {'object': 'keys with values', 'array': 'a list', 'float': 'a finite nu
 _STEP = re.compile(r'\.([^.\[]+)|\[(\d+|\.\.\.)\]')
 
 Path = list[str | int]
+
+#: A number for each joint, or for each axis.
+Six = Annotated[list[float], Meta(min_length=6, max_length=6)]
+Three = Annotated[list[float], Meta(min_length=3, max_length=3)]
 
 
 class Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
