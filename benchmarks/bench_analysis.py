@@ -6,11 +6,11 @@ from pathlib import Path
 
 from side_by_side import Row, arguments, interleave, publish, ratio
 
-from ur5_ros.analysis.report import html_text
-from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.report.html import html_text
 from ur5_ros.analysis.validate import validate
 from ur5_ros.loop.closed_loop import run_closed_loop
-from ur5_ros.loop.plan import plan_run
+from ur5_ros.loop.run_config import plan_run
 
 #: What is promised for ten minutes at 1 kHz [s], and how far from linear the cost may be.
 PROMISED, LINEAR = 20.0, 1.3

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from side_by_side import Row, arguments, interleave, publish, ratio
 
-from ur5_ros.bag.cdr import FixedJointState
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.bag.types import schema_text
 from ur5_ros.bag.writer import MAX_WAITING, BagWriter
-from ur5_ros.loop.processes import private_environment
+from ur5_ros.cdr.fixed_messages import FixedJointState
+from ur5_ros.cdr.recorded_types import schema_text
+from ur5_ros.launcher.node_processes import private_environment
 from ur5_ros.signals import JOINT_NAMES
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -85,7 +85,7 @@ MEMORY = """
 import sys
 from pathlib import Path
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.bag.walk import CompiledWalk
+from ur5_ros.bag.mcap.message_index import CompiledWalk
 def memory(name):
     lines = Path('/proc/self/status').read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith(name))

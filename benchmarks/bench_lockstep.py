@@ -9,9 +9,9 @@ from ping_pong import measure
 from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.loop.plan import plan_run
-from ur5_ros.loop.processes import last_core, shared_core
-from ur5_ros.loop.two_nodes import run_two_nodes
+from ur5_ros.launcher.node_processes import last_core, shared_core
+from ur5_ros.launcher.two_nodes import run_two_nodes
+from ur5_ros.loop.run_config import plan_run
 
 TRIPS = 5000
 REPEATS = 5

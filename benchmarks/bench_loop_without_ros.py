@@ -6,13 +6,13 @@ import numpy as np
 from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.loop.closed_loop import full_loop
-from ur5_ros.loop.fast_lane import fast_lane
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.plan import Plan, arm_named, plan_run
-from ur5_ros.loop.sweep_run import row_of
-from ur5_ros.loop.sweep_spec import expand, parse_sweep
+from ur5_ros.loop.rollout import fast_lane
+from ur5_ros.loop.run_config import Plan, arm_named, plan_run
 from ur5_ros.sim.bullet_arm import BulletArm
-from ur5_ros.sim.engine import pybullet
+from ur5_ros.sim.pybullet_import import pybullet
+from ur5_ros.sweep.run import row_of
+from ur5_ros.sweep.spec import expand, parse_sweep
 
 REPEATS = 9
 DURATION = 20.0

@@ -13,8 +13,8 @@ from side_by_side import Row, arguments, publish
 from two_nodes_recorded import run
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.loop.plan import Plan, plan_run
-from ur5_ros.loop.two_nodes import run_two_nodes
+from ur5_ros.launcher.two_nodes import run_two_nodes
+from ur5_ros.loop.run_config import Plan, plan_run
 
 RATE = 1000
 SECONDS = 20.0

@@ -14,19 +14,19 @@ from sensor_msgs.msg import JointState
 from side_by_side import Row, arguments, publish
 from two_nodes_recorded import per_second, run
 
-from ur5_ros.bag.cdr import FixedJointState, FixedTrajectoryPoint, encode_stamp
 from ur5_ros.bag.payload_hash import PayloadHash
+from ur5_ros.cdr.fixed_messages import FixedJointState, FixedTrajectoryPoint, encode_stamp
 from ur5_ros.control.computed_torque import computed_torque
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.gains import gains_from
-from ur5_ros.loop.plan import Plan, plan_run
-from ur5_ros.loop.processes import last_core, private_environment
+from ur5_ros.launcher.node_processes import last_core, private_environment
+from ur5_ros.loop.run_config import Plan, plan_run
 from ur5_ros.model.dynamics import dynamics_terms
-from ur5_ros.nodes.control_topics import PARTS
-from ur5_ros.nodes.hot_loop import WaitSetLoop
-from ur5_ros.nodes.messages import StateReader
-from ur5_ros.nodes.recording import Recording
-from ur5_ros.nodes.topics import HOT
+from ur5_ros.nodes.control.topics import PARTS
+from ur5_ros.nodes.ros.messages import StateReader
+from ur5_ros.nodes.ros.recording import Recording
+from ur5_ros.nodes.ros.topics import HOT
+from ur5_ros.nodes.ros.wait_set_loop import WaitSetLoop
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
 from ur5_ros.sim.plant import Plant, plant_from_parameters

@@ -12,9 +12,9 @@ from ping_pong import QOS
 from sensor_msgs.msg import JointState
 from side_by_side import Row, arguments, interleave, publish, ratio
 
-from ur5_ros.bag.cdr import FixedJointState
-from ur5_ros.loop.processes import private_environment
-from ur5_ros.nodes.recording import Recording
+from ur5_ros.cdr.fixed_messages import FixedJointState
+from ur5_ros.launcher.node_processes import private_environment
+from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.signals import JOINT_NAMES
 
 MESSAGES = 3000

@@ -4,7 +4,7 @@ import numpy as np
 from side_by_side import Row, arguments, publish
 from two_nodes_recorded import arms_at_once, per_second, run
 
-from ur5_ros.loop.plan import plan_run
+from ur5_ros.loop.run_config import plan_run
 
 LENGTHS = (3.0, 6.0, 12.0)
 RATES = (125, 250, 500, 1000, 2000, 4000)

@@ -13,7 +13,7 @@ import numpy as np
 from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.loop.processes import NodeProcesses, private_environment
+from ur5_ros.launcher.node_processes import NodeProcesses, private_environment
 
 REPEATS = 7
 PATIENCE = 60.0

@@ -12,14 +12,14 @@ import numpy as np
 from bench_loop_without_ros import BareLoop
 from side_by_side import Row, arguments, interleave, publish, ratio
 
-from ur5_ros.loop.fast_lane import fast_lane
-from ur5_ros.loop.plan import plan_run
-from ur5_ros.loop.sweep_engine import run_sweep
-from ur5_ros.loop.sweep_run import row_of
-from ur5_ros.loop.sweep_spec import expand, parse_sweep
-from ur5_ros.loop.sweep_table import SweepFolder
-from ur5_ros.loop.workers import cluster
-from ur5_ros.model.compiled import limit_threads
+from ur5_ros.loop.rollout import fast_lane
+from ur5_ros.loop.run_config import plan_run
+from ur5_ros.model.kernels.compiled import limit_threads
+from ur5_ros.sweep.engine import run_sweep
+from ur5_ros.sweep.run import row_of
+from ur5_ros.sweep.spec import expand, parse_sweep
+from ur5_ros.sweep.table import SweepFolder
+from ur5_ros.sweep.workers import cluster
 
 REPEATS = 5
 RUNS = 400

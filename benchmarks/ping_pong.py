@@ -27,8 +27,8 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from ur5_ros.loop.processes import private_environment
-from ur5_ros.nodes.process import pin_to_core
+from ur5_ros.launcher.node_processes import private_environment
+from ur5_ros.nodes.ros.process import pin_to_core
 
 QOS = QoSProfile(depth=1)
 NAMES = ['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',

@@ -27,8 +27,8 @@ from soak_page import page
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
-from ur5_ros.loop.plan import Plan, plan_run
-from ur5_ros.loop.processes import NodeProcesses
+from ur5_ros.launcher.node_processes import NodeProcesses
+from ur5_ros.loop.run_config import Plan, plan_run
 
 #: Allowed growth of a node's memory between warm-up and end [MiB].
 GROWTH = 5.0

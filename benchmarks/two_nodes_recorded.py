@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.loop.plan import Plan
-from ur5_ros.loop.processes import NodeProcesses, shared_core
-from ur5_ros.loop.two_nodes import run_two_nodes
+from ur5_ros.launcher.node_processes import NodeProcesses, shared_core
+from ur5_ros.launcher.two_nodes import run_two_nodes
+from ur5_ros.loop.run_config import Plan
 
 NODES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
 

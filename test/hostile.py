@@ -3,7 +3,7 @@
 import math
 import random
 
-from ur5_ros.bag.cdr import encode
+from ur5_ros.cdr.fixed_messages import encode
 from ur5_ros.signals import JOINT_NAMES
 
 NUMBERS = (0.0, -0.0, 1.0, -150.0, 1e-320, 1e30, -1e308, math.inf, -math.inf, math.nan, 5e-324)

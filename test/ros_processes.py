@@ -22,7 +22,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from ur5_ros.loop.processes import _yaml, free_domain, private_environment
+from ur5_ros.launcher.node_processes import _yaml, free_domain, private_environment
 
 SHARED_MEMORY = Path('/dev/shm')
 MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}

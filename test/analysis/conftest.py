@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.series import Change, Event, Run, Side, States
+from ur5_ros.analysis.data.run import Change, Event, Run, Side, States
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
 from ur5_ros.control.controller import Controller
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.plan import plan_run
+from ur5_ros.loop.run_config import plan_run
 from ur5_ros.model.dynamics import forward_dynamics, inverse_dynamics
 from ur5_ros.signals import Reference, stamp_of_period
 from ur5_ros.sim.plant import Plant

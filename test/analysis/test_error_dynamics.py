@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ur5_ros.analysis.checks.gains import recover_gains
 from ur5_ros.analysis.error_dynamics import (
     continuous_matrix,
     error_dynamics,
     exponential,
     stretches,
 )
-from ur5_ros.analysis.gain_recovery import recover_gains
-from ur5_ros.analysis.law_promise import laws_of
+from ur5_ros.analysis.laws import laws_of
 from ur5_ros.analysis.validate import validate
 
 TEN = 10.0 * np.eye(6)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.law_promise import laws_of
-from ur5_ros.analysis.report import html_text
-from ur5_ros.analysis.series import Change
+from ur5_ros.analysis.data.run import Change
+from ur5_ros.analysis.laws import laws_of
+from ur5_ros.analysis.report.html import html_text
 from ur5_ros.analysis.validate import validate
 from ur5_ros.loop.repeat import recontrol
 

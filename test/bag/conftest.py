@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from ur5_ros.bag.cdr import FixedJointState, encode, encode_clock
 from ur5_ros.bag.writer import BagWriter
+from ur5_ros.cdr.fixed_messages import FixedJointState, encode, encode_clock
 from ur5_ros.signals import JOINT_NAMES
 
 DESCRIPTION = {'format': '1', 'run': 'r', 'node': 'sim', 'arm': 'name: ur5\nmass: 1\n',

@@ -5,9 +5,8 @@ import os
 import pytest
 import yaml
 
-from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import BagProblem, Refusal
 
 pytestmark = pytest.mark.fault(75)
 

@@ -18,12 +18,17 @@ from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from rosbags.typesys import Stores, get_typestore
 
-from ur5_ros.bag.cdr import FixedJointState, FixedPose, FixedTrajectoryPoint, encode, encode_clock
-from ur5_ros.bag.problem import BagProblem
+from ur5_ros.bag.mcap.message_index import CompiledWalk, walk
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.bag.types import schema_text
-from ur5_ros.bag.walk import CompiledWalk, walk
-from ur5_ros.errors import Refusal
+from ur5_ros.cdr.fixed_messages import (
+    FixedJointState,
+    FixedPose,
+    FixedTrajectoryPoint,
+    encode,
+    encode_clock,
+)
+from ur5_ros.cdr.recorded_types import schema_text
+from ur5_ros.errors import BagProblem, Refusal
 from ur5_ros.signals import JOINT_NAMES
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -235,7 +240,7 @@ def test_the_compiled_walk_finds_what_the_walk_in_python_finds(recorded):
 
 @pytest.mark.parametrize('window', [20, 1000, 50_000])
 def test_a_file_that_is_read_piece_by_piece_gives_the_same(recorded, monkeypatch, window):
-    monkeypatch.setattr('ur5_ros.bag.mcap_scan.WINDOW', window)
+    monkeypatch.setattr('ur5_ros.bag.mcap.record_scan.WINDOW', window)
     bag = open_bag(recorded.folder)
     assert np.array_equal(bag.joint_states('/joint_states').position, recorded.position)
     assert bag.check() == []

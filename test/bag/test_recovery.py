@@ -12,10 +12,9 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
-from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.recovery import recover
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import BagProblem, Refusal
 
 # Forks recorders of 500 periods a second, notes in shared memory what each has handed over last,
 # and ends each with SIGKILL at a random instant.
@@ -23,7 +22,7 @@ RECORDERS = """
     import json, mmap, os, random, signal, sys, time
     from pathlib import Path
     import numpy as np
-    from ur5_ros.bag.cdr import FixedJointState, encode_clock
+    from ur5_ros.cdr.fixed_messages import FixedJointState, encode_clock
     from ur5_ros.bag.writer import BagWriter
     folder, number, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     chosen = random.Random(seed)

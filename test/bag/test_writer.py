@@ -14,11 +14,11 @@ from mcap.stream_reader import StreamReader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
-from ur5_ros.bag.cdr import FixedJointState, encode_clock, encode_string
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.bag.types import type_hash
 from ur5_ros.bag.writer import MAX_MESSAGE, BagWriter
+from ur5_ros.cdr.fixed_messages import FixedJointState, encode_clock, encode_string
+from ur5_ros.cdr.recorded_types import type_hash
 from ur5_ros.errors import Refusal
 from ur5_ros.signals import JOINT_NAMES
 
@@ -205,7 +205,7 @@ def test_a_message_that_no_file_could_hold_is_left_out_and_spoils_nothing(tmp_pa
 FULL_DISK = """
     import resource, sys, time
     from pathlib import Path
-    from ur5_ros.bag.cdr import FixedJointState
+    from ur5_ros.cdr.fixed_messages import FixedJointState
     from ur5_ros.bag.writer import BagWriter
     import numpy as np
     folder, freed = Path(sys.argv[1]), sys.argv[2] == 'freed'
@@ -246,7 +246,7 @@ def test_a_full_disk_ends_the_recording_and_leaves_no_lie(tmp_path, later, recor
 DELETED = """
     import shutil, sys, time
     from pathlib import Path
-    from ur5_ros.bag.cdr import encode_clock
+    from ur5_ros.cdr.fixed_messages import encode_clock
     from ur5_ros.bag.writer import BagWriter
     writer = BagWriter(Path(sys.argv[1]), {})
     clock = writer.topic('/clock', 'rosgraph_msgs/msg/Clock')
@@ -305,7 +305,7 @@ def test_memory_stays_flat_while_recording(tmp_path):
         import sys, time
         from pathlib import Path
         import numpy as np
-        from ur5_ros.bag.cdr import FixedJointState
+        from ur5_ros.cdr.fixed_messages import FixedJointState
         from ur5_ros.bag.writer import BagWriter
         def resident():
             return int(Path('/proc/self/statm').read_text().split()[1]) * 4096
@@ -333,7 +333,7 @@ def test_writing_needs_neither_ros_nor_numba(tmp_path):
         import sys
         sys.modules['rclpy'] = sys.modules['numba'] = sys.modules['rosbags'] = None
         from pathlib import Path
-        from ur5_ros.bag.cdr import encode_clock
+        from ur5_ros.cdr.fixed_messages import encode_clock
         from ur5_ros.bag.reader import open_bag
         from ur5_ros.bag.writer import BagWriter
         with BagWriter(Path(sys.argv[1]), {}) as writer:

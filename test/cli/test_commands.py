@@ -8,11 +8,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.data.load import load_run
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.config import load_arm
 from ur5_ros.loop.closed_loop import run_closed_loop
-from ur5_ros.loop.plan import plan_run
+from ur5_ros.loop.run_config import plan_run
 from ur5_ros.model.dynamics import inverse_dynamics
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hostile import NUMBERS, TEXTS, hostile_command
 
-from ur5_ros.bag.cdr import FixedJointState
+from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.control.controller import Controller
 from ur5_ros.errors import Refusal
-from ur5_ros.nodes.messages import EffortReader, StateReader
+from ur5_ros.nodes.ros.messages import EffortReader, StateReader
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_gate import CommandGate
 from ur5_ros.sim.plant import plant_from_parameters

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from ur5_ros.bag.bag_folder import BagFolder, make_topic
-from ur5_ros.bag.cdr import FixedJointState
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.recovery import recover
-from ur5_ros.bag.types import schema_text
+from ur5_ros.cdr.fixed_messages import FixedJointState
+from ur5_ros.cdr.recorded_types import schema_text
 from ur5_ros.config import arm_text, config_folder, parse_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.validation import load_marks
 from ur5_ros.errors import Refusal
-from ur5_ros.loop.sweep_spec import parse_sweep
-from ur5_ros.nodes.parameters import check_sections, read_files
+from ur5_ros.nodes.ros.parameters import check_sections, read_files
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.sweep.spec import parse_sweep
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 

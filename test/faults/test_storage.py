@@ -14,7 +14,8 @@ from ur5_ros.bag.reader import open_bag
 #: Wraps a node: each write to a bag takes as long as a slow disk, at most so many messages wait.
 SLOW_DISK = """
 import os, time
-from ur5_ros.bag import mcap_file, writer
+from ur5_ros.bag import writer
+from ur5_ros.bag.mcap import writer as mcap_file
 write = os.write
 class Slow:
     def __getattr__(self, name):

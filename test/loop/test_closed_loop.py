@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.validate import validate
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.closed_loop import full_loop, run_closed_loop
-from ur5_ros.loop.fast_lane import fast_lane
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.plan import plan_run
+from ur5_ros.loop.rollout import fast_lane
+from ur5_ros.loop.run_config import plan_run
 
 ORDINARY = {
     'the paper': {},

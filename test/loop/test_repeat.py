@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from ur5_ros.analysis.comparison import compare
-from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.data.load import load_run
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.errors import Refusal
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.plan import plan_run
 from ur5_ros.loop.repeat import recontrol, resimulate
+from ur5_ros.loop.run_config import plan_run
 
 KINDS = {
     'plain': {},
@@ -35,7 +35,7 @@ def test_a_recording_repeats_in_both_directions(kind, tmp_path):
 
 
 def test_live_changes_wrenches_and_resets_are_repeated():
-    from ur5_ros.analysis import series
+    from ur5_ros.analysis.data import run as series
     from ur5_ros.config import load_arm
     from ur5_ros.sim.plant import Plant
     plan = plan_run(duration=0.2)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ur5_ros.config import load_arm
+from ur5_ros.model.angle_wrapping import turns_within_limits
 from ur5_ros.model.inverse_kinematics import (
     branch_of,
     inverse_kinematics,
@@ -13,7 +14,6 @@ from ur5_ros.model.inverse_kinematics import (
     nearest_solution,
 )
 from ur5_ros.model.kinematics import forward_kinematics, link_transforms
-from ur5_ros.model.turns import turns_within_limits
 
 TURN = 2.0 * np.pi
 

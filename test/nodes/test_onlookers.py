@@ -9,10 +9,10 @@ from rclpy.node import Node
 from ros_processes import ros_domain
 from rosgraph_msgs.msg import Clock
 
-from ur5_ros.bag.cdr import encode_clock
-from ur5_ros.loop.processes import last_core, shared_core
-from ur5_ros.nodes.hot_loop import LOOK, WaitSetLoop
-from ur5_ros.nodes.topics import HEARD
+from ur5_ros.cdr.fixed_messages import encode_clock
+from ur5_ros.launcher.node_processes import last_core, shared_core
+from ur5_ros.nodes.ros.topics import HEARD
+from ur5_ros.nodes.ros.wait_set_loop import LOOK, WaitSetLoop
 
 
 @pytest.fixture

@@ -9,18 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ur5_ros.bag.cdr import FixedJointState
 from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.reader import open_bag
+from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.errors import Refusal
-from ur5_ros.nodes.diagnostics import Refusals, Throttle
-from ur5_ros.nodes.environment import check_environment
-from ur5_ros.nodes.messages import EffortReader, StateReader, order_of
-from ur5_ros.nodes.parameters import matches
-from ur5_ros.nodes.process import pin_to_core
-from ur5_ros.nodes.recording import Recording, run_of
-from ur5_ros.nodes.serving import LoopRequests
+from ur5_ros.nodes.ros.background_executor import LoopRequests
+from ur5_ros.nodes.ros.diagnostics import Refusals, Throttle
+from ur5_ros.nodes.ros.environment import check_environment
+from ur5_ros.nodes.ros.messages import EffortReader, StateReader, order_of
+from ur5_ros.nodes.ros.parameters import matches
+from ur5_ros.nodes.ros.process import pin_to_core
+from ur5_ros.nodes.ros.recording import Recording, run_of
 from ur5_ros.signals import JOINT_NAMES
 
 

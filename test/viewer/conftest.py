@@ -4,7 +4,7 @@ import pytest
 
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.plan import plan_run
+from ur5_ros.loop.run_config import plan_run
 
 
 @pytest.fixture(scope='session')

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ur5_ros.analysis.report import write_html
-from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.report.html import write_html
 from ur5_ros.analysis.validate import validate
 
 pytestmark = pytest.mark.browser

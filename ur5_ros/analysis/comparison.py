@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.series import Run, Side
+from ur5_ros.analysis.data.run import Run, Side
 from ur5_ros.errors import Refusal
 from ur5_ros.signals import JOINT_NAMES
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.law_promise import Law
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.laws import Law
+from ur5_ros.analysis.plant_integrator import Scheme, predict
 from ur5_ros.analysis.residual import CHUNK
-from ur5_ros.analysis.scheme import Scheme, predict
-from ur5_ros.analysis.series import Run
 from ur5_ros.model.dynamics import inverse_dynamics
 
 #: Samples that one matrix product takes.

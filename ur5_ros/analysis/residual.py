@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.scheme import Scheme, predict
-from ur5_ros.analysis.series import Run
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.plant_integrator import Scheme, predict
 from ur5_ros.model.dynamics import inertia_matrix, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.residual import CHUNK
-from ur5_ros.analysis.series import Run
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
 

@@ -3,23 +3,23 @@
 from importlib.metadata import version
 from typing import Any
 
-from ur5_ros.analysis.attribution import causes
-from ur5_ros.analysis.energy import energy_checks
-from ur5_ros.analysis.gain_recovery import gains_check
-from ur5_ros.analysis.law_checks import law_checks
-from ur5_ros.analysis.law_recomputed import law_check
-from ur5_ros.analysis.limit_checks import limits_check
-from ur5_ros.analysis.model_checks import model_checks
-from ur5_ros.analysis.path_causes import lateness_check
-from ur5_ros.analysis.recording_checks import (
+from ur5_ros.analysis.checks.energy import energy_checks
+from ur5_ros.analysis.checks.error_dynamics import law_checks
+from ur5_ros.analysis.checks.gains import gains_check
+from ur5_ros.analysis.checks.law import law_check
+from ur5_ros.analysis.checks.limits import limits_check
+from ur5_ros.analysis.checks.model import model_checks
+from ur5_ros.analysis.checks.recording import (
     delays,
     pairing_check,
     recording_check,
     repeatability_check,
     timing_check,
 )
+from ur5_ros.analysis.data.run import Run, Side
+from ur5_ros.analysis.diagnosis.attribution import causes
+from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
-from ur5_ros.analysis.series import Run, Side
 from ur5_ros.config.validation import Marks, load_marks
 
 #: Checks that look at the motion itself; without one of them no verdict can be a pass.
@@ -34,7 +34,7 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
     Parameters
     ----------
     run : Run
-        What :func:`ur5_ros.analysis.run.load_run` read.
+        What :func:`ur5_ros.analysis.data.load.load_run` read.
     marks : Marks, optional
         Pass marks; ``config/validation.yaml`` by default.
 

@@ -1,1 +1,1 @@
-"""The bag format: CDR, rosbag2 folders with MCAP inside, reading, recovery; no rclpy."""
+"""The rosbag2 folder: writing, reading, recovery, metadata; no rclpy."""

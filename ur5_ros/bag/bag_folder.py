@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 from mcap.records import Channel, Schema
 
-from ur5_ros.bag.chunk import Message, cut
-from ur5_ros.bag.mcap_file import McapFile
-from ur5_ros.bag.mcap_records import checked
+from ur5_ros.bag.mcap.chunk import Message, cut
+from ur5_ros.bag.mcap.records import checked
+from ur5_ros.bag.mcap.writer import McapFile
 from ur5_ros.bag.metadata import FileEntry, TopicEntry, describe_bag, to_yaml, write_metadata
 
 #: Names of our metadata records: the description, and in front of the name of a note.

@@ -7,10 +7,9 @@ from typing import Annotated, Any, NamedTuple
 
 import yaml
 
-from ur5_ros.bag.problem import BagProblem
 from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.config.strict_yaml import read_yaml
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import BagProblem, Refusal
 
 NAME = 'metadata.yaml'
 VERSION = 9

@@ -4,7 +4,7 @@ import hashlib
 
 import numpy as np
 
-from ur5_ros.bag.cdr import FixedJointState
+from ur5_ros.cdr.fixed_messages import FixedJointState
 
 #: Messages that are hashed at once: one by one would cost the loop ten times as much.
 _BATCH = 512

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.bag.columns import RawColumns
-from ur5_ros.bag.folder import bags_of_run
+from ur5_ros.bag.arrays.columns import RawColumns
 from ur5_ros.bag.reader import Bag, open_bag
+from ur5_ros.bag.run_folders import bags_of_run
 from ur5_ros.errors import Refusal
 
 _STAMPED = 'sensor_msgs/msg/JointState'

@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.bag.codec import decode
-from ur5_ros.bag.collect import Collector, RawCollector
-from ur5_ros.bag.columns import KINDS, Columns, RawColumns
-from ur5_ros.bag.definitions import TopicInfo
-from ur5_ros.bag.mcap_source import Batch, Source
-from ur5_ros.bag.problem import BagProblem, one_line
+from ur5_ros.bag.arrays.collector import Collector, RawCollector
+from ur5_ros.bag.arrays.columns import KINDS, Columns, RawColumns
+from ur5_ros.bag.mcap.channels import TopicInfo
+from ur5_ros.bag.mcap.message_index import CompiledWalk, Walk, walk
+from ur5_ros.bag.mcap.reader import Batch, Source
 from ur5_ros.bag.sources import compare_counts, open_sources, read_descriptions
-from ur5_ros.bag.walk import CompiledWalk, Walk, walk
-from ur5_ros.errors import Refusal
+from ur5_ros.cdr.codec import decode
+from ur5_ros.errors import BagProblem, Refusal, one_line
 
 #: Bags larger than this are walked by compiled code, which takes a second to get ready [bytes].
 COMPILE_ABOVE = 16 << 20

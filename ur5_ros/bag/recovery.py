@@ -11,15 +11,14 @@ from typing import NamedTuple
 import yaml
 
 from ur5_ros.bag.bag_folder import BagFolder, make_topic
-from ur5_ros.bag.chunk import Message
-from ur5_ros.bag.definitions import TopicInfo
-from ur5_ros.bag.folder import RECOVERED, UNFINISHED, bags_of_run
-from ur5_ros.bag.mcap_source import Source
+from ur5_ros.bag.mcap.channels import TopicInfo
+from ur5_ros.bag.mcap.chunk import Message
+from ur5_ros.bag.mcap.reader import Source
 from ur5_ros.bag.metadata import qos_profile
-from ur5_ros.bag.problem import BagProblem
 from ur5_ros.bag.reader import Bag, open_bag
+from ur5_ros.bag.run_folders import RECOVERED, UNFINISHED, bags_of_run
 from ur5_ros.config.strict_yaml import parse_yaml
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import BagProblem, Refusal
 
 
 class MendedBag(NamedTuple):

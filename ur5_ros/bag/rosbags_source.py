@@ -3,13 +3,12 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from ur5_ros.bag.definitions import TopicInfo
-from ur5_ros.bag.mcap_records import MAX_RECORD, MESSAGE, MESSAGE_EXTRA, Opcode
-from ur5_ros.bag.mcap_source import BATCH_SIZE, Batch
+from ur5_ros.bag.mcap.channels import TopicInfo
+from ur5_ros.bag.mcap.message_index import Walk, walk
+from ur5_ros.bag.mcap.reader import BATCH_SIZE, Batch
+from ur5_ros.bag.mcap.records import MAX_RECORD, MESSAGE, MESSAGE_EXTRA, Opcode
 from ur5_ros.bag.metadata import Information
-from ur5_ros.bag.problem import BagProblem
-from ur5_ros.bag.walk import Walk, walk
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import BagProblem, Refusal
 
 
 class RosbagsSource:

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.bag.bag_folder import DESCRIPTION_RECORD, NOTE_RECORD
-from ur5_ros.bag.mcap_records import CHECKSUM, checksum
-from ur5_ros.bag.mcap_source import McapSource, Source
+from ur5_ros.bag.mcap.reader import McapSource, Source
+from ur5_ros.bag.mcap.records import CHECKSUM, checksum
 from ur5_ros.bag.metadata import NAME, Information, read_metadata
-from ur5_ros.bag.problem import BagProblem
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import BagProblem, Refusal
 
 Report = Callable[[str], None]
 

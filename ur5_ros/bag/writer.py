@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.bag.bag_folder import BagFolder, make_topic
-from ur5_ros.bag.chunk import MAX_MESSAGE, Message
-from ur5_ros.bag.mcap_records import MESSAGE
+from ur5_ros.bag.mcap.chunk import MAX_MESSAGE, Message
+from ur5_ros.bag.mcap.records import MESSAGE
 from ur5_ros.bag.metadata import qos_profile
-from ur5_ros.bag.types import schema_text
-from ur5_ros.bag.types import type_hash as hash_of_type
+from ur5_ros.cdr.recorded_types import schema_text
+from ur5_ros.cdr.recorded_types import type_hash as hash_of_type
 from ur5_ros.errors import Refusal
 
 #: Wall time between two writes [s]. A killed process loses the messages of at most one such time

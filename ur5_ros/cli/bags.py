@@ -17,7 +17,7 @@ def replay(
     if not 0.0 < rate < float('inf'):
         raise Refusal(f'--rate {rate:g}; give more than zero, 1 is real time')
     playback = load_playback(run, topics, start, stop, clock)
-    from ur5_ros.nodes.environment import check_environment
+    from ur5_ros.nodes.ros.environment import check_environment
     check_environment()  # the middleware is loaded with the next import
     from ur5_ros.nodes.replay import replay as publish
     with terminal.progress('replaying', float(playback.time[-1]) * 1e-9, 's') as advance:
@@ -39,7 +39,7 @@ def recover(run: Path, out: Path | None, json: Path | None) -> int:
 
 def import_log(log: Path, out: Path, arm: str) -> int:
     """Turn a robot's own log into a bag; see ``ur5 import --help``."""
-    from ur5_ros.analysis.robot_log import import_log as convert
+    from ur5_ros.analysis.data.robot_log import import_log as convert
     for sentence in convert(log, out, arm):
         print(sentence)
     return YES

@@ -12,7 +12,7 @@ from ur5_ros.analysis.result import FAIL, PASS
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import BAD_INPUT, NO, YES
 from ur5_ros.errors import Refusal
-from ur5_ros.loop.judging import UNREADABLE, Judgement, judge_all
+from ur5_ros.sweep.batch_validation import UNREADABLE, Judgement, judge_all
 
 
 def runs_below(folder: Path) -> list[Path]:

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from rich.text import Text
 
-from ur5_ros.bag.folder import BAGS, new_run_name
 from ur5_ros.bag.reader import open_bag
+from ur5_ros.bag.run_folders import BAGS, new_run_name
 from ur5_ros.cli import judge, terminal
 from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.errors import Refusal
-from ur5_ros.loop.plan import plan_run
-from ur5_ros.loop.two_nodes import run_two_nodes
+from ur5_ros.launcher.two_nodes import run_two_nodes
+from ur5_ros.loop.run_config import plan_run
 
 
 def demo(

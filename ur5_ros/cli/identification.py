@@ -6,10 +6,10 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from ur5_ros.analysis.arm_file import write_arm
-from ur5_ros.analysis.identification import Identified
-from ur5_ros.analysis.identification import identify as fit
-from ur5_ros.analysis.run import load_run
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.identification.arm_file import write_arm
+from ur5_ros.analysis.identification.identify import Identified
+from ur5_ros.analysis.identification.identify import identify as fit
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
 from ur5_ros.config import load_arm

@@ -6,15 +6,15 @@ from typing import Any
 
 from ur5_ros.analysis.comparison import Difference
 from ur5_ros.analysis.comparison import compare as compare_runs
-from ur5_ros.analysis.report import write_html
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.report.html import write_html
 from ur5_ros.analysis.result import Result
-from ur5_ros.analysis.run import load_run
 from ur5_ros.analysis.validate import validate as validate_run
-from ur5_ros.bag.folder import newest_run
+from ur5_ros.bag.run_folders import newest_run
 from ur5_ros.cli import batch, terminal
 from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.errors import Refusal
-from ur5_ros.loop.judging import marks_of
+from ur5_ros.sweep.batch_validation import marks_of
 
 
 def validate(

@@ -4,8 +4,8 @@ import json as json_format
 from collections.abc import Callable
 from pathlib import Path
 
-from ur5_ros.analysis.run import load_run
-from ur5_ros.analysis.series import Run
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.data.run import Run
 from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.loop.repeat import Repetition
 from ur5_ros.loop.repeat import recontrol as recontrolled

@@ -7,12 +7,12 @@ from rich.text import Text
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.errors import Refusal
-from ur5_ros.loop.sweep_engine import run_sweep
-from ur5_ros.loop.sweep_report import repeat_command, write_report
-from ur5_ros.loop.sweep_run import check_success, plan_of, row_of
-from ur5_ros.loop.sweep_spec import SweepSpec, altered, expand, load_sweep, number_of_runs
-from ur5_ros.loop.sweep_summary import worst_runs
-from ur5_ros.loop.sweep_table import SweepFolder, open_sweep
+from ur5_ros.sweep.engine import run_sweep
+from ur5_ros.sweep.report import repeat_command, write_report
+from ur5_ros.sweep.run import check_success, plan_of, row_of
+from ur5_ros.sweep.spec import SweepSpec, altered, expand, load_sweep, number_of_runs
+from ur5_ros.sweep.summary import worst_runs
+from ur5_ros.sweep.table import SweepFolder, open_sweep
 
 #: Where sweeps are written by default.
 SWEEPS = Path('sweeps')

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ur5_ros.control.profile import Curve, ToolSamples, quintic_rise
+from ur5_ros.control.profiles import Curve, ToolSamples, quintic_rise
 from ur5_ros.errors import Refusal
 
 #: A turn by one radian counts as this length of way [m] (assumed: the size of a tool).

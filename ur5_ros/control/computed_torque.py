@@ -5,7 +5,7 @@ import numpy as np
 from ur5_ros.control import law_kernel
 from ur5_ros.control.gains import Gains, error_poles, gains_from
 from ur5_ros.errors import Refusal
-from ur5_ros.model.arguments import finite_array
+from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
 

@@ -8,8 +8,14 @@ import numpy as np
 from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, complete
-from ur5_ros.control import plans
-from ur5_ros.control.answer import (
+from ur5_ros.control import planning as plans
+from ur5_ros.control.execution import Timeline
+from ur5_ros.control.experiment import experiment_motion
+from ur5_ros.control.goals import GoalWatch
+from ur5_ros.control.joint_trajectory import TrajectoryPoint
+from ur5_ros.control.law import torque_of, warm_up, within_limits
+from ur5_ros.control.ordinary import OrdinaryPeriods
+from ur5_ros.control.output import (
     HOLDING,
     MOVING,
     REFUSED,
@@ -18,16 +24,10 @@ from ur5_ros.control.answer import (
     Answer,
     describe,
 )
-from ur5_ros.control.beginning import plan_autostart, plan_rest
-from ur5_ros.control.experiment import experiment_motion
-from ur5_ros.control.goals import GoalWatch
-from ur5_ros.control.joint_trajectory import TrajectoryPoint
-from ur5_ros.control.law import torque_of, warm_up, within_limits
-from ur5_ros.control.ordinary import OrdinaryPeriods
-from ur5_ros.control.plausibility import Arrival, StateGate, bounds, joint_beyond
 from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
-from ur5_ros.control.timeline import Timeline
+from ur5_ros.control.state_validation import Arrival, StateGate, bounds, joint_beyond
+from ur5_ros.control.takeover import plan_autostart, plan_rest
 from ur5_ros.control.tolerances import JointTolerance, Verdict, resolve_tolerances
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters
@@ -153,16 +153,16 @@ class Controller:
         self._ask('hold', plans.plan_stop)
 
     def target_joints(self, names: Sequence[str], positions: Sequence[float]) -> None:
-        """Move to joint positions; see :func:`~ur5_ros.control.plans.plan_joints`."""
+        """Move to joint positions; see :func:`~ur5_ros.control.planning.plan_joints`."""
         self._ask('target_joints', plans.plan_joints, names, positions)
 
     def target_pose(self, pose: np.ndarray, frame: str = 'base') -> None:
-        """Move to a tool pose; see :func:`~ur5_ros.control.plans.plan_pose`."""
+        """Move to a tool pose; see :func:`~ur5_ros.control.planning.plan_pose`."""
         self._ask('target_pose', plans.plan_pose, pose, frame)
 
     def joint_trajectory(self, names: Sequence[str], points: Sequence[TrajectoryPoint],
                          stamp: int = 0) -> None:
-        """Follow a joint trajectory; see :func:`~ur5_ros.control.plans.plan_trajectory`."""
+        """Follow a joint trajectory; see :func:`~ur5_ros.control.planning.plan_trajectory`."""
         self._ask('joint_trajectory', plans.plan_trajectory, names, points, stamp, self.stamp)
 
     def follow_joint_trajectory(
@@ -189,7 +189,7 @@ class Controller:
         return self._goals.verdict(number)
 
     def path(self, poses: np.ndarray, times: Sequence[int] = (), frame: str = 'base') -> None:
-        """Pass tool poses in straight lines; see :func:`~ur5_ros.control.plans.plan_path`."""
+        """Pass tool poses in straight lines; see :func:`~ur5_ros.control.planning.plan_path`."""
         self._ask('path', plans.plan_path, poses, times, frame)
 
     def change(self, changes: Mapping[str, Any]) -> None:

@@ -13,9 +13,9 @@ from ur5_ros.config.experiments import (
     ToolWaves,
 )
 from ur5_ros.control.cartesian_path import straight_legs
-from ur5_ros.control.motion import SECOND, Motion, Sampled, Step, grid
-from ur5_ros.control.profile import ToolSamples, joint_waves, tool_circle, tool_waves
+from ur5_ros.control.profiles import ToolSamples, joint_waves, tool_circle, tool_waves
 from ur5_ros.control.tool_motion import Branch, check_limits, follow, tool_motion
+from ur5_ros.control.trajectory import SECOND, Motion, Sampled, Step, grid
 from ur5_ros.errors import Refusal
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.control.motion import SECOND
 from ur5_ros.control.quintic import powers, quintic
 from ur5_ros.control.tool_motion import check_limits
+from ur5_ros.control.trajectory import SECOND
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference

@@ -9,9 +9,9 @@ from math import fabs
 
 import numpy as np
 
-from ur5_ros.model.compiled import R1, R2, W2, kernel
-from ur5_ros.model.dynamics_kernels import terms_of_state
-from ur5_ros.model.lanes import put
+from ur5_ros.model.kernels.compiled import R1, R2, W2, kernel
+from ur5_ros.model.kernels.dynamics import terms_of_state
+from ur5_ros.model.kernels.lanes import put
 
 #: Rows of the output, as :class:`ur5_ros.signals.Torque` has them.
 TOTAL, INERTIAL, FEEDBACK, CORIOLIS, GRAVITY = range(5)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ur5_ros.control import law_kernel
-from ur5_ros.control.plausibility import LARGEST
 from ur5_ros.control.settings import Settings
+from ur5_ros.control.state_validation import LARGEST
 from ur5_ros.signals import ArmState, Reference
 
 

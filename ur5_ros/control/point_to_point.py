@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import ruckig
 
-from ur5_ros.control.motion import SECOND
+from ur5_ros.control.trajectory import SECOND
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, Reference

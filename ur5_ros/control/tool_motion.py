@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.control.motion import Sampled, grid
-from ur5_ros.control.profile import ToolSamples
+from ur5_ros.control.profiles import ToolSamples
+from ur5_ros.control.trajectory import Sampled, grid
 from ur5_ros.errors import Refusal
 from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
 from ur5_ros.model.kinematics import jacobian, jacobian_rate

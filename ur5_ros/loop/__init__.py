@@ -1,1 +1,1 @@
-"""Plant and law in a plain for loop, without ROS: re-simulation, re-control, sweeps."""
+"""Plant and control law in one process, without ROS: runs, re-simulation, rollouts."""

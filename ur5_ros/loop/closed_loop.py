@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ur5_ros.analysis.series import States
+from ur5_ros.analysis.data.run import States
 from ur5_ros.control.controller import Controller
-from ur5_ros.loop.fast_lane import fast_lane
 from ur5_ros.loop.loop_run import LoopRun
-from ur5_ros.loop.plan import Plan, arm_named
 from ur5_ros.loop.recording import record
+from ur5_ros.loop.rollout import fast_lane
+from ur5_ros.loop.run_config import Plan, arm_named
 from ur5_ros.signals import ArmState, Reference
 from ur5_ros.sim.plant import Plant
 

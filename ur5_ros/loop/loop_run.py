@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis import series
-from ur5_ros.analysis.series import Run, Side, States
-from ur5_ros.loop.plan import Plan
+from ur5_ros.analysis.data import run as series
+from ur5_ros.analysis.data.run import Run, Side, States
+from ur5_ros.loop.run_config import Plan
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, Torque
 from ur5_ros.sim.events import Event

@@ -7,20 +7,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.bag.cdr import (
+from ur5_ros.bag.description import describe
+from ur5_ros.bag.fingerprint import fingerprint
+from ur5_ros.bag.metadata import qos_profile
+from ur5_ros.bag.payload_hash import PayloadHash
+from ur5_ros.bag.poses import position_and_quaternion
+from ur5_ros.bag.writer import BagWriter
+from ur5_ros.cdr.diagnostics import status_array
+from ur5_ros.cdr.fixed_messages import (
     FixedJointState,
     FixedPose,
     FixedTrajectoryPoint,
     encode_clock,
     encode_string,
 )
-from ur5_ros.bag.description import describe
-from ur5_ros.bag.fingerprint import fingerprint
-from ur5_ros.bag.metadata import qos_profile
-from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.bag.poses import position_and_quaternion
-from ur5_ros.bag.status import status_array
-from ur5_ros.bag.writer import BagWriter
 from ur5_ros.config import arm_text
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.model.kinematics import forward_kinematics

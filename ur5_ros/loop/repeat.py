@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.series import Event, Run, Side
+from ur5_ros.analysis.data.run import Event, Run, Side
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.control.controller import Controller

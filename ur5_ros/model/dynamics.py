@@ -8,9 +8,9 @@ those of the arm record, q_model = q_UR + ``arm.angle_offset``.
 import numpy as np
 from numpy import empty
 
-from ur5_ros.model.acceleration_kernel import forward
-from ur5_ros.model.arguments import apply
-from ur5_ros.model.dynamics_kernels import gravity, inertia, inverse, terms
+from ur5_ros.model.kernels.arguments import apply
+from ur5_ros.model.kernels.dynamics import gravity, inertia, inverse, terms
+from ur5_ros.model.kernels.forward_dynamics import forward
 from ur5_ros.model.parameters import ArmParameters
 
 _SIX = (6,)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ur5_ros.model.arguments import finite_array
 from ur5_ros.model.dynamics import inertia_matrix
+from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.kinematics import link_transforms
 from ur5_ros.model.parameters import ArmParameters
 

@@ -13,12 +13,12 @@ import numpy as np
 from numpy import empty
 
 from ur5_ros.errors import Refusal
-from ur5_ros.model import inverse_kernels as kernels
-from ur5_ros.model.arguments import finite_array
+from ur5_ros.model.angle_wrapping import TURN, limits_of_model, turns_allowed
+from ur5_ros.model.kernels import inverse_kinematics as kernels
+from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.kinematics import singularity_factors
 from ur5_ros.model.parameters import ArmParameters, Limits
 from ur5_ros.model.poses import check_pose, single_pose, unreachable
-from ur5_ros.model.turns import TURN, limits_of_model, turns_allowed
 
 _tuple = tuple.__new__  # a third of the time of the named tuple's own constructor
 _NO_MASK = empty(0, dtype=bool)

@@ -9,8 +9,8 @@ convention; frame 6 is ``tool0``.
 import numpy as np
 from numpy import empty
 
-from ur5_ros.model import kinematics_kernels as kernels
-from ur5_ros.model.arguments import apply, finite_array
+from ur5_ros.model.kernels import kinematics as kernels
+from ur5_ros.model.kernels.arguments import apply, finite_array
 from ur5_ros.model.parameters import ArmParameters
 
 _SIX = (6,)

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ur5_ros.model.lumped import pack
+from ur5_ros.model.kernels.base_parameters import pack
 
 #: The twist angles that all UR arms share (standard DH) [rad].
 UR_TWIST = (np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0)
@@ -97,7 +97,7 @@ class ArmParameters:
 
     @cached_property
     def constants(self) -> np.ndarray:
-        """Return the numbers that the kernels read (:mod:`ur5_ros.model.lumped`)."""
+        """Return the numbers that the kernels read (:mod:`.kernels.base_parameters`)."""
         return pack(self)
 
     @property

@@ -3,12 +3,12 @@
 import numpy as np
 
 from ur5_ros.errors import Refusal
-from ur5_ros.model import path_kernel
-from ur5_ros.model.arguments import finite_array
+from ur5_ros.model.angle_wrapping import limits_of_model
 from ur5_ros.model.inverse_kinematics import nearest_solution
+from ur5_ros.model.kernels import path as path_kernel
+from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.parameters import ArmParameters, Limits
 from ur5_ros.model.poses import check_pose, unreachable
-from ur5_ros.model.turns import limits_of_model
 
 
 def follow_path(

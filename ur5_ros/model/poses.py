@@ -3,8 +3,8 @@
 import numpy as np
 
 from ur5_ros.errors import Refusal
-from ur5_ros.model.arguments import finite_array
-from ur5_ros.model.inverse_kernels import RIGID
+from ur5_ros.model.kernels.arguments import finite_array
+from ur5_ros.model.kernels.inverse_kinematics import RIGID
 from ur5_ros.model.parameters import ArmParameters
 
 

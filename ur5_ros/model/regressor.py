@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.model.arguments import finite_array
+from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.kinematics import link_transforms
 from ur5_ros.model.parameters import ArmParameters
 

@@ -1,1 +1,1 @@
-"""Thin rclpy shells around plant and law."""
+"""The ROS nodes: thin rclpy shells around plant and control law."""

@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 
-from ur5_ros.nodes.environment import require_environment
-from ur5_ros.nodes.start import begin_start
+from ur5_ros.nodes.ros.environment import require_environment
+from ur5_ros.nodes.ros.start import begin_start
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the node; ``arguments`` is the command line, program name first."""
     begin_start()
     require_environment(arguments)
-    from ur5_ros.nodes.process import run_node
-    from ur5_ros.nodes.shutdown import StopRequest
-    from ur5_ros.nodes.steering import Steering
+    from ur5_ros.nodes.control.node import Steering
+    from ur5_ros.nodes.ros.process import run_node
+    from ur5_ros.nodes.ros.shutdown import StopRequest
     stop = StopRequest()
     stop.listen()
     run_node(Steering, stop, arguments)

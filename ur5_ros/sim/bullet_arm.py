@@ -8,7 +8,7 @@ import numpy as np
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.display import check_display
-from ur5_ros.sim.engine import pybullet
+from ur5_ros.sim.pybullet_import import pybullet
 from ur5_ros.sim.urdf import link_bodies, urdf_text
 
 _ZEROS = [0.0] * 6

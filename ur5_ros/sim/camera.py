@@ -6,7 +6,7 @@ import numpy as np
 
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.sim.engine import pybullet
+from ur5_ros.sim.pybullet_import import pybullet
 from ur5_ros.sim.urdf import urdf_text
 
 _EYE = (0.85, 1.15, 0.95)

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.signals import stamp_of_period
-from ur5_ros.sim.command_check import Crowd, RefusalCount, in_joint_order, is_finite
+from ur5_ros.sim.command_validation import Crowd, RefusalCount, in_joint_order, is_finite
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.pacing import Pacer
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ur5_ros.sim.bullet_arm import BulletArm
-from ur5_ros.sim.resistance import resisted_change
-from ur5_ros.sim.scheme import Effects, Joints, tool_torque
+from ur5_ros.sim.friction import resisted_change
+from ur5_ros.sim.integrator import Effects, Joints, tool_torque
 
 #: Rate at which motion dies out under gravity compensation [1/s]; assumed: still in 0.2 s.
 DAMPING_RATE = 20.0

@@ -7,8 +7,8 @@ import numpy as np
 
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.bullet_arm import BulletArm
+from ur5_ros.sim.integrator import NOBODY, Effects, Joints, Scheme
 from ur5_ros.sim.payload import loaded_arm
-from ur5_ros.sim.scheme import NOBODY, Effects, Joints, Scheme
 
 #: Beyond this a state is not believed: no arm moves so fast or turns so far [rad, rad/s].
 _RUNAWAY = 1e6

@@ -8,8 +8,8 @@ import numpy as np
 
 from ur5_ros.errors import Refusal
 from ur5_ros.sim.fallback import fallback_torque
+from ur5_ros.sim.integrator import NOBODY
 from ur5_ros.sim.mechanics import Mechanics
-from ur5_ros.sim.scheme import NOBODY
 
 
 class Motors:

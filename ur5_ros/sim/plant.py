@@ -9,13 +9,13 @@ from ur5_ros.config import load_arm
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
-from ur5_ros.sim.conditions import Conditions
-from ur5_ros.sim.diary import Diary
+from ur5_ros.sim.event_log import Diary
 from ur5_ros.sim.events import Event
+from ur5_ros.sim.integrator import NOBODY
 from ur5_ros.sim.limits import check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.motors import Motors
-from ur5_ros.sim.scheme import NOBODY
+from ur5_ros.sim.plant_parameters import Conditions
 from ur5_ros.sim.sensing import Sensor, Snapshot
 
 

@@ -44,14 +44,14 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
 
 
 def _live(port: int) -> 'LiveView':
-    from ur5_ros.nodes.environment import check_environment
+    from ur5_ros.nodes.ros.environment import check_environment
     check_environment()  # the middleware is loaded with the next import
     from ur5_ros.viewer.live import LiveView
     return LiveView(port)
 
 
 def _recorded(run: Path | None, port: int) -> 'RecordedView':
-    from ur5_ros.analysis.run import load_run
-    from ur5_ros.bag.folder import newest_run
+    from ur5_ros.analysis.data.load import load_run
+    from ur5_ros.bag.run_folders import newest_run
     from ur5_ros.viewer.recorded import RecordedView
     return RecordedView(load_run(run or newest_run(Path('bags'))), port)

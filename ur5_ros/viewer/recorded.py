@@ -4,7 +4,7 @@ import threading
 import time
 from typing import Any
 
-from ur5_ros.analysis.series import Run
+from ur5_ros.analysis.data.run import Run
 from ur5_ros.viewer.arm_scene import MEASURED, WANTED
 from ur5_ros.viewer.curves import colour_key
 from ur5_ros.viewer.server import Page

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ur5_ros.analysis.series import Run
+from ur5_ros.analysis.data.run import Run
 from ur5_ros.errors import Refusal
 
 RATE = 25
@@ -39,7 +39,7 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
 
     """
     out = _allowed(Path(out))
-    from ur5_ros.analysis.run import load_run
+    from ur5_ros.analysis.data.load import load_run
     return draw(load_run(run), out, progress)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.series import Run
+from ur5_ros.analysis.data.run import Run
 from ur5_ros.config import load_arm
 from ur5_ros.errors import Refusal
 from ur5_ros.model.parameters import ArmParameters

@@ -1,0 +1,142 @@
+"""A robot's own log becomes a bag that is judged and identified like any other."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.data.robot_log import COLUMNS, import_log, read_log
+from ur5_ros.analysis.identification.identify import identify
+from ur5_ros.analysis.validate import validate
+from ur5_ros.config import load_arm
+from ur5_ros.errors import Refusal
+from ur5_ros.model.dynamics import inverse_dynamics
+
+REAL = Path(__file__).resolve().parents[4] / 'shared' / 'real_ur5'
+MOTIONS = ('motion3_fast', 'motion5_slow', 'motion6_long', 'motion7_short')
+
+
+def table(n=400):
+    """Return a log of arm ur5_real that moves all joints at 125 Hz, as columns."""
+    t = np.arange(n) / 125.0
+    w, a = np.arange(1, 7) * 1.1, 0.3
+    q = a * np.sin(np.outer(t, w)) + np.array([0.0, -1.5, 1.5, -1.5, -1.5, 0.0])
+    qd, qdd = a * w * np.cos(np.outer(t, w)), -a * w**2 * np.sin(np.outer(t, w))
+    torque = inverse_dynamics(q, qd, qdd, load_arm('ur5_real'))
+    return {'q': q, 'qd': qd, 'torque': torque, 'q_star': q, 'qd_star': qd, 'qdd_star': qdd,
+            'current': torque / 10.0, 'tool': np.zeros((n, 6))}, t
+
+
+def text(style=0, separator=',', spoil=lambda lines: lines, leave=()):
+    values, t = table()
+    kept = {name: value for name, value in values.items() if name not in leave}
+    names = [('t', 'timestamp')[style]] + [
+        COLUMNS[name][style].format(i, i + 1) for name in kept for i in range(6)]
+    rows = np.column_stack([t, *kept.values()])
+    lines = [separator.join(names)] + [separator.join(f'{x:.9g}' for x in row) for row in rows]
+    return '\n'.join(spoil(lines)) + '\n'
+
+
+@pytest.mark.parametrize('style, separator', [(0, ','), (1, ','), (1, ' '), (0, ';')])
+@pytest.mark.parametrize('zipped', [False, True])
+def test_both_forms_of_log_become_the_same_run(tmp_path, style, separator, zipped):
+    log = tmp_path / 'log.csv'
+    data = text(style, separator).encode()
+    log.write_bytes(gzip.compress(data) if zipped else data)
+    import_log(log, tmp_path / 'run', 'ur5_real')
+    run = load_run(tmp_path / 'run')
+    values, t = table()
+    np.testing.assert_allclose(run.states.q, values['q'], atol=1e-8)
+    np.testing.assert_allclose(run.reference.qdd, values['qdd_star'], atol=1e-7)
+    np.testing.assert_allclose(run.current, values['current'], atol=1e-7)
+    np.testing.assert_allclose(run.t, t, atol=1e-8)
+    result = validate(run)
+    assert result.check('inverse dynamics').verdict == 'pass'
+    wrong = validate(load_run(tmp_path / 'run', arm='ur5'))
+    assert wrong.verdict == 'fail' and wrong.causes[0]['kind'] == 'armature'
+
+
+def at(line, change):
+    def spoil(lines):
+        lines[line] = change(lines[line])
+        return lines
+    return spoil
+
+
+@pytest.mark.parametrize('spoil, says', [
+    (at(0, lambda line: line.replace('q_actual_3', 'q_actual_x')), 'no columns q_actual_1..6'),
+    (at(0, lambda line: line.replace('t,', 'time,', 1)), 'no column t or timestamp'),
+    (at(0, lambda line: line.replace('q_target_2', 'q_target_1')), 'stands twice'),
+    (at(5, lambda line: line.replace(line.split(',')[1], 'nan')), 'line 6 holds what is no'),
+    (at(5, lambda line: line.replace(line.split(',')[1], 'abc')), 'not a table of numbers'),
+    (at(9, lambda line: line.rpartition(',')[0]), 'not a table of numbers'),
+    (at(7, lambda line: '0.0,' + line.partition(',')[2]), 'the time of line 8'),
+    (lambda lines: lines[:1], 'at least two whole rows'),
+    (lambda lines: lines[:2], 'at least two whole rows')])
+def test_a_bad_log_is_refused_by_line_or_column(tmp_path, spoil, says):
+    log = tmp_path / 'log.csv'
+    log.write_text(text(spoil=spoil))
+    with pytest.raises(Refusal, match=says):
+        import_log(log, tmp_path / 'run')
+    assert not (tmp_path / 'run').exists()
+
+
+def test_a_log_that_is_no_text_or_absent_is_refused(tmp_path):
+    (tmp_path / 'a.csv').write_bytes(bytes(range(256)))
+    (tmp_path / 'b.csv.gz').write_bytes(gzip.compress(text().encode())[:900])
+    for name in ('a.csv', 'b.csv.gz', 'absent.csv'):
+        with pytest.raises(Refusal):
+            read_log(tmp_path / name)
+
+
+def test_a_log_without_torques_is_imported_and_said_so(tmp_path):
+    (tmp_path / 'log.csv').write_text(text(leave=('torque', 'current')))
+    sentences = import_log(tmp_path / 'log.csv', tmp_path / 'run')
+    assert any('not in the log' in sentence and 'm_target_1..6' in sentence
+               for sentence in sentences)
+    result = validate(load_run(tmp_path / 'run'))
+    assert result.check('inverse dynamics').verdict == 'not applicable'
+    # healthy stamps alone are no evidence about the model
+    assert result.verdict == 'fail' and 'nothing in the recording' in result.check(
+        'evidence').sentence
+
+
+def test_nothing_is_overwritten(tmp_path):
+    (tmp_path / 'log.csv').write_text(text())
+    (tmp_path / 'run').mkdir()
+    with pytest.raises(Refusal, match='exists already'):
+        import_log(tmp_path / 'log.csv', tmp_path / 'run')
+
+
+@pytest.fixture(scope='module')
+def real(tmp_path_factory):
+    if not REAL.is_dir():
+        pytest.skip(f'no recordings of a real UR5 at {REAL}')
+    folder = tmp_path_factory.mktemp('real')
+    for motion in MOTIONS:
+        import_log(REAL / f'{motion}.csv.gz', folder / motion)
+    return folder
+
+
+@pytest.mark.parametrize('motion', MOTIONS)
+def test_the_residual_of_arm_ur5_on_a_real_robot_is_rotor_inertia_and_gravity(real, motion):
+    own = validate(load_run(real / motion))
+    assert own.check('inverse dynamics').verdict == 'pass'
+    result = validate(load_run(real / motion, arm='ur5'))
+    assert result.check('inverse dynamics').verdict == 'fail'
+    sentence = result.causes[0]['sentence']
+    assert 'rotor inertia 1 1.915' in sentence and '-9.82 m/s^2 instead of -9.81' in sentence
+    assert result.causes[0]['share'] > 0.999
+
+
+def test_friction_identified_on_three_motions_serves_on_the_fourth(real):
+    runs = [load_run(real / motion) for motion in MOTIONS]
+    found = identify(runs[1:], load_arm('ur5_controller'), runs[0])
+    assert found.test_rms.max() < 1e-4  # of up to 89 N m
+    motors = found.motors
+    assert np.all(motors.with_[:5] < 0.75 * motors.without[:5])
+    assert np.all(motors.coulomb[:3] > 5.0) and np.all(motors.coulomb[:3] < 9.0)
+    assert np.all(motors.coulomb > motors.coulomb_error)
+    assert any('not on wrist_3_joint' in sentence for sentence in found.sentences())

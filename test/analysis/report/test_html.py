@@ -1,0 +1,110 @@
+"""JSON, JUnit and the report: whole, self-contained, and no text of a bag ever acts."""
+
+import base64
+import hashlib
+import json
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from ur5_ros.analysis.data.run import Event
+from ur5_ros.analysis.report.figures import PIECES, envelope, figures
+from ur5_ros.analysis.report.html import html_text, write_html
+from ur5_ros.analysis.result import Check, Result, judge
+from ur5_ros.analysis.validate import validate
+from ur5_ros.errors import Refusal
+
+EVIL = '</script><script>alert(1)</script><img src=x onerror=alert(2)>"\'&\x00\x1b\ud800'
+
+
+@pytest.fixture(scope='module')
+def hostile(simulated):
+    run = simulated(seconds=0.3)
+    side = replace(run.sim, arm_name=EVIL, versions={EVIL: EVIL}, summary={'hashes': {EVIL: EVIL}},
+                   parameters={**run.sim.parameters, 'arm': EVIL, 'experiment': EVIL})
+    event = Event(int(run.stamp[3]), EVIL, EVIL, {})
+    return validate(replace(run, name=EVIL, folder=EVIL, sim=side, problems=(EVIL,),
+                            control=replace(run.control, arm_name=EVIL), events=(event,)))
+
+
+def test_the_report_opens_from_disk_and_loads_nothing(clean_run, tmp_path):
+    write_html(validate(clean_run), tmp_path / 'report.html')
+    text = (tmp_path / 'report.html').read_text(encoding='utf-8')
+    assert len(text) < 8_000_000
+    without_scripts = re.sub(r'<script.*?</script>', '', text, flags=re.DOTALL)
+    assert not re.search(r'(src|href)\s*=', without_scripts)
+    assert without_scripts.index('>pass<') < without_scripts.index('<h2>Checks')
+
+
+def test_only_the_two_scripts_of_the_page_may_run(clean_run):
+    text = html_text(validate(clean_run))
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
+    assert "default-src 'none'" in policy and "script-src 'unsafe" not in policy
+    scripts = re.findall(r'<script>(.*?)</script>', text, flags=re.DOTALL)
+    assert len(scripts) == 2
+    for script in scripts:
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+
+
+def test_texts_of_a_bag_never_become_markup(hostile):
+    text = html_text(hostile)
+    page = re.sub(r'<script>.*?</script>', '', text, flags=re.DOTALL)
+    assert '<img' not in page and 'alert(1)</script>' not in page
+    assert page.count('<script') == page.count('</script>') == 1
+    json.loads(re.search(r'id="figures">(.*?)</script>', page, flags=re.DOTALL)[1])
+
+
+def test_a_hostile_result_is_written_all_the_same(hostile, tmp_path):
+    write_html(hostile, tmp_path / 'report.html')
+    assert ElementTree.fromstring(hostile.to_junit()).get('failures') == '1'
+    hostile.to_json().encode('utf-8')
+
+
+def test_the_json_document_holds_every_check(clean_run):
+    result = validate(clean_run)
+    document = json.loads(result.to_json())
+    assert document['format'] == 'ur5_ros validation' and document['version'] == 1
+    assert [check['name'] for check in document['checks']] == [c.name for c in result.checks]
+    assert document['verdict'] == result.verdict == 'pass'
+
+
+def test_what_is_not_finite_is_null_in_json_and_fails():
+    check = judge('x', np.nan, 1.0, 'm', 'no number')
+    assert check.verdict == 'fail'
+    assert json.loads(Result('r', {}, (check,)).to_json())['checks'][0]['value'] is None
+
+
+def test_a_result_without_a_passed_check_fails():
+    assert Result('r', {}, (Check('x', 'not applicable', ''),)).verdict == 'fail'
+
+
+def test_junit_counts_what_ci_counts(clean_run):
+    suite = ElementTree.fromstring(validate(clean_run).to_junit())
+    assert suite.get('failures') == '0'
+    assert int(suite.get('tests')) == len(suite.findall('testcase'))
+    assert int(suite.get('skipped')) == len(suite.findall('testcase/skipped'))
+
+
+def test_thinned_curves_keep_every_peak():
+    values = np.sin(np.linspace(0.0, 200.0, 600_000))
+    values[123_457], values[400_001] = 9.0, -9.0
+    rows = envelope(values)
+    assert len(rows) <= 2 * PIECES + 6 and np.all(np.diff(rows) > 0)
+    assert values[rows].max() == 9.0 and values[rows].min() == -9.0
+    holes = np.where(np.arange(600_000) % 7 < 6, np.nan, values)
+    assert np.nanmax(holes[envelope(holes)]) == np.nanmax(holes)
+
+
+def test_every_figure_that_is_promised_is_there(looped):
+    keys = {figure.key for figure in figures(validate(looped('kebria_fig11', 'ur5', 2.0)))}
+    assert {'position', 'orientation', 'error', 'torque_1', 'torque_6', 'residual_control',
+            'residual_sim', 'energy'} <= keys
+
+
+def test_a_report_that_cannot_be_written_is_refused(clean_run, tmp_path):
+    with pytest.raises(Refusal, match='cannot be written'):
+        write_html(validate(clean_run), tmp_path / 'absent' / 'report.html')

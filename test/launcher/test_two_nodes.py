@@ -1,0 +1,150 @@
+"""The two nodes and the loop record the same run: every topic, every byte, whatever the load."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+
+from ur5_ros.bag.reader import open_bag
+from ur5_ros.errors import Refusal
+from ur5_ros.launcher.node_processes import (
+    NodeProcesses,
+    claim_domain,
+    free_domain,
+    private_environment,
+)
+from ur5_ros.launcher.progress import BagGrowth
+from ur5_ros.launcher.two_nodes import run_two_nodes
+from ur5_ros.loop.closed_loop import run_closed_loop
+from ur5_ros.loop.run_config import plan_run
+
+#: Topics whose content depends on the wall clock or on the run's name.
+OWN = {'/diagnostics', '/ur5_sim/run'}
+
+
+@pytest.fixture(scope='module')
+def both(tmp_path_factory):
+    """The same plan recorded by the nodes, beside a busy loop, and by the loop."""
+    folder = tmp_path_factory.mktemp('runs')
+    plan = plan_run(duration=1.5)
+    busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+    told = []
+    try:
+        (folder / 'nodes').mkdir()
+        seconds = run_two_nodes(plan, folder / 'nodes', told.append)
+    finally:
+        busy.kill()
+        busy.wait()
+    assert seconds > 0.0 and told == sorted(told) and told[-1] <= 1.5
+    run_closed_loop(plan, folder / 'loop')
+    return folder / 'nodes', folder / 'loop'
+
+
+@pytest.mark.parametrize('side', ['sim', 'control'])
+def test_both_record_the_same_bytes_on_every_topic(both, side):
+    nodes, loop = (open_bag(folder / side) for folder in both)
+    assert nodes.topics == loop.topics
+    for topic in nodes.topics.keys() - OWN:
+        a, b = nodes.columns(topic), loop.columns(topic)
+        assert a.offsets.tolist() == b.offsets.tolist(), topic
+        assert a.data.tobytes() == b.data.tobytes(), topic
+    assert len(nodes.columns('/joint_states').log_time) == 1500
+    assert nodes.notes['summary']['hashes'] == loop.notes['summary']['hashes']
+
+
+@pytest.mark.parametrize('side', ['sim', 'control'])
+def test_both_describe_the_run_alike(both, side):
+    nodes, loop = (open_bag(folder / side).description for folder in both)
+    assert nodes.keys() == loop.keys()
+    assert {key for key in nodes if nodes[key] != loop[key]} == {'run', 'parameters'}
+    profiles = []
+    for folder in both:
+        bag = yaml.safe_load((folder / side / 'metadata.yaml').read_text())
+        topics = bag['rosbag2_bagfile_information']['topics_with_message_count']
+        profiles.append({topic['topic_metadata']['name']: topic['topic_metadata']
+                         for topic in topics})
+    assert profiles[0] == profiles[1]
+
+
+def test_growth_counts_the_states_of_a_finished_bag(both):
+    assert BagGrowth(both[1] / 'sim').messages() == 1500
+    assert BagGrowth(both[1] / 'nowhere').messages() == 0
+
+
+def test_growth_stops_at_what_is_not_yet_written(both, tmp_path):
+    whole = (both[1] / 'sim' / 'sim_0.mcap').read_bytes()
+    growth, counts = BagGrowth(tmp_path), []
+    for share in (0.0, 0.3, 0.6, 1.0):
+        (tmp_path / 'sim_0.mcap').write_bytes(whole[:int(len(whole) * share)])
+        counts.append(growth.messages())
+    assert counts == sorted(counts) and counts[0] == 0 and counts[-1] == 1500
+    assert 0 < counts[1] < counts[2] < 1500
+
+
+def test_a_node_that_ends_early_is_told_with_its_own_words(tmp_path):
+    plan = plan_run(duration=0.5)
+    plan.control['experiment'] = 'fig12'
+    with pytest.raises(Refusal, match='fig12'):
+        run_two_nodes(plan, tmp_path)
+    assert 'fig12' in (tmp_path / 'control.log').read_text()
+
+
+def test_children_end_with_their_parent_even_when_it_is_killed(tmp_path):
+    code = ('import sys, time\nfrom pathlib import Path\n'
+            'from ur5_ros.launcher.node_processes import NodeProcesses\n'
+            f'nodes = NodeProcesses(Path({str(tmp_path)!r})).__enter__()\n'
+            'nodes.start("sim", "ur5_ros.nodes.sim_node", {"bag": ""})\n'
+            'print(nodes._children["sim"].pid, flush=True)\ntime.sleep(60)\n')
+    parent = subprocess.Popen([sys.executable, '-c', code], stdout=subprocess.PIPE, text=True)
+    child = Path('/proc') / parent.stdout.readline().strip()
+    try:
+        assert child.exists()
+    finally:
+        parent.kill()
+        parent.wait()
+        parent.stdout.close()
+    end = time.monotonic() + 30.0
+    while child.exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not child.exists()
+
+
+def test_every_child_is_ended_with_the_block(tmp_path):
+    with NodeProcesses(tmp_path) as nodes:
+        nodes.environment['PYTHONPATH'] = os.pathsep.join(sys.path)
+        nodes.start('sim', 'ur5_ros.nodes.sim_node', {'bag': ''})
+        assert nodes.poll('sim') is None
+    assert nodes.poll('sim') is not None
+
+
+def test_the_network_is_private(monkeypatch):
+    monkeypatch.delenv('ROS_DOMAIN_ID', raising=False)
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
+    environment = private_environment()
+    assert 1 <= int(environment['ROS_DOMAIN_ID']) <= 101
+    assert '127.0.0.1' in Path(environment['FASTRTPS_DEFAULT_PROFILES_FILE']).read_text()
+    assert 'ROS_AUTOMATIC_DISCOVERY_RANGE' not in environment
+    monkeypatch.setenv('ROS_DOMAIN_ID', '77')
+    assert private_environment()['ROS_DOMAIN_ID'] == '77'
+
+
+def test_a_domain_in_use_is_not_taken():
+    import socket
+    domain = free_domain()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(('127.0.0.1', 7400 + 250 * domain + 10))
+        assert all(free_domain() != domain for _ in range(300))
+
+
+def test_those_who_start_at_the_same_time_get_different_domains():
+    held = [claim_domain() for _ in range(20)]
+    try:
+        assert len({domain for domain, _ in held}) == 20
+        assert all(free_domain() not in {domain for domain, _ in held} for _ in range(100))
+    finally:
+        for _, claim in held:
+            claim.close()

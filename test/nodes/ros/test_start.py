@@ -1,0 +1,62 @@
+"""A node that starts loads what it needs, and nothing that only people at a terminal need."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+ASK = """
+import gc, json, os, signal, sys
+from ur5_ros.nodes.ros.start import begin_start
+begin_start()
+import ur5_ros.nodes.{module}
+print(json.dumps({{
+    'modules': sorted(sys.modules), 'collects': gc.isenabled(),
+    'threads': os.environ['OPENBLAS_NUM_THREADS'],
+    'held': [number.name for number in signal.pthread_sigmask(signal.SIG_BLOCK, ())]}}))
+"""
+FOR_PEOPLE = {'pydantic', 'plotly', 'rich', 'typer', 'viser', 'dask', 'polars'}
+
+
+def started(module: str, **environment: str) -> dict:
+    """Return what a process knows of itself once it has imported a node."""
+    said = subprocess.run(
+        [sys.executable, '-c', ASK.format(module=module)], check=True, capture_output=True,
+        text=True, env={**os.environ, **environment}).stdout
+    return json.loads(said.splitlines()[-1])
+
+
+@pytest.mark.parametrize(('module', 'needless'), [
+    ('simulator', FOR_PEOPLE | {'numba', 'scipy'}),
+    ('steering', FOR_PEOPLE | {'pybullet', 'scipy.linalg'}),
+])
+def test_a_node_loads_nothing_that_it_does_not_need(module, needless):
+    assert not needless & set(started(module)['modules'])
+
+
+def test_signals_wait_and_nothing_is_collected_while_a_node_starts():
+    about = started('simulator')
+    assert {'SIGINT', 'SIGTERM', 'SIGHUP'} <= set(about['held'])
+    assert not about['collects']
+
+
+def test_a_users_own_number_of_threads_counts():
+    assert started('simulator', OPENBLAS_NUM_THREADS='3')['threads'] == '3'
+
+
+def test_a_plain_arm_is_simulated_without_the_compiler():
+    code = """
+import sys
+from ur5_ros.config import SIM_PARAMETERS, complete
+from ur5_ros.sim.plant import plant_from_parameters
+plant = plant_from_parameters(complete(SIM_PARAMETERS, {}))
+for _ in range(200):
+    plant.step(None)  # held by the brake
+for _ in range(20):
+    plant.step([1.0] * 6)
+print('numba' in sys.modules)
+"""
+    assert subprocess.run([sys.executable, '-c', code], check=True, capture_output=True,
+                          text=True).stdout.split() == ['False']

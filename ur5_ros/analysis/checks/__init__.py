@@ -1,0 +1,1 @@
+"""The checks of the verdict, one subject a file."""

@@ -1,0 +1,171 @@
+"""Do model and plant agree: the residual with both arms, and the way of the command."""
+
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.laws import largest
+from ur5_ros.analysis.plant_integrator import Scheme, schemes
+from ur5_ros.analysis.residual import residual
+from ur5_ros.analysis.residual_blocks import gather
+from ur5_ros.analysis.result import Check, judge, not_applicable
+from ur5_ros.config.validation import Marks
+from ur5_ros.model.dynamics import gravity_torque
+from ur5_ros.signals import JOINT_NAMES
+
+#: What joint i moves.
+LINKS = ('shoulder', 'upper arm', 'forearm', 'wrist 1', 'wrist 2', 'wrist 3')
+
+#: No arm of the family has a gravity torque that changes faster with an angle [N m/rad].
+STEEPEST = 1000.0
+
+_NAMES = ('residual, controller arm', 'residual, simulator arm')
+
+
+def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
+    """
+    Return the residual checks and the residuals for the figures.
+
+    Parameters
+    ----------
+    run : Run
+        The recording.
+    marks : Marks
+        Pass marks.
+
+    """
+    if run.sim is None or not run.substeps or run.noisy:
+        why = ('states are measured ones, without the exact ones beside them' if run.sim else
+               "not a bag of this package's simulator: its time step is not known")
+        smooth, series = _smoothed_check(run, marks)
+        return [*(not_applicable(name, f'{why}; see inverse dynamics') for name in _NAMES),
+                smooth, _command_check(run, marks)], series
+    checks, series = [], {}
+    if run.control is None:
+        checks.append(not_applicable(_NAMES[0], "the controller's arm is not recorded"))
+    else:
+        found = residual(run, [(0, Scheme(run.control.arm))])
+        series['residual_control'] = found.torque
+        checks.append(_residual_check(
+            _NAMES[0], found.torque, run, marks, f'the law ({run.control.arm_name})'))
+    found = residual(run, schemes(run))
+    series['residual_sim'] = found.torque
+    checks.append(_residual_check(
+        _NAMES[1], found.torque, run, marks,
+        f'the equations ({run.sim.arm_name}, with all that the simulator was told to add)'))
+    checks.append(_command_check(run, marks))
+    return checks, series
+
+
+def blame(over: np.ndarray) -> str:
+    """
+    Say which joints, and which link that points to.
+
+    The torque of joint i depends on link i and those beyond it alone, so a wrong link leaves the
+    joints beyond it clean.
+
+    Parameters
+    ----------
+    over : numpy.ndarray of bool, shape (6,)
+        Joints beyond the mark.
+
+    """
+    names = [name for name, bad in zip(JOINT_NAMES, over, strict=True) if bad]
+    outermost = int(np.flatnonzero(over)[-1])
+    if outermost == 5:
+        return f'{len(names)} joints are beyond the mark, out to {names[-1]}'
+    beyond = ', as the joints beyond it agree'
+    return (f'joints beyond the mark: {", ".join(names)}; outermost {names[-1]}, so look at the '
+            f'{LINKS[outermost]}{beyond}')
+
+
+def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, who: str) -> Check:
+    known = np.isfinite(torque).all(axis=1)
+    if not known.any():
+        return not_applicable(name, 'no state is followed by the one a period later')
+    worst, joint, row = largest(torque)
+    size = np.abs(torque[known])
+    per_joint = {joint_name: {'max': float(size[:, i].max()),
+                              'rms': float(np.sqrt(np.mean(size[:, i]**2)))}
+                 for i, joint_name in enumerate(JOINT_NAMES)}
+    sentence = (f'plant and {who} agree within {worst:.3g} N m over {known.sum()} periods '
+                f'(worst: {JOINT_NAMES[joint]})')
+    if not worst <= marks['residual']:
+        over = size.max(axis=0) > marks['residual']
+        sentence = (f'plant and {who} differ by {worst:.3g} N m at {JOINT_NAMES[joint]}, '
+                    f'{run.t[row]:.4g} s; {blame(over)}')
+    return judge(name, worst, marks['residual'], 'N m', sentence, joint=JOINT_NAMES[joint],
+                 joints=per_joint, periods=int(known.sum()))
+
+
+def _smoothed_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
+    """Return the check of the inverse dynamics smoothed over blocks, for any recording."""
+    name = 'inverse dynamics'
+    side = run.control or run.sim
+    if side is None:
+        return not_applicable(name, 'no arm is known; give one: --arm NAME'), {}
+    seen = gather(run, side.arm)
+    if seen is None:
+        return not_applicable(name, 'too few states with a torque follow each other'), {}
+    lacking = seen.lacking.mean(axis=1)
+    rms = np.sqrt(np.mean(lacking**2, axis=0))
+    scale = float(np.sqrt(np.mean(seen.effort**2, axis=(0, 1))).max())
+    joint = int(np.argmax(rms))
+    length = seen.q.shape[1] * run.h
+    check = judge(
+        name, rms[joint] / scale if scale else np.nan, marks['residual_external'], '1',
+        f'smoothed over {length:.3g} s, arm {side.arm_name} misses {rms[joint]:.3g} N m RMS at '
+        f'{JOINT_NAMES[joint]}, of torques up to {np.abs(seen.effort).max():.3g} N m',
+        joint=JOINT_NAMES[joint], rms_by_joint=dict(zip(JOINT_NAMES, rms.tolist(), strict=True)))
+    return check, {'smoothed': (seen.time.mean(axis=1), lacking)}
+
+
+def _command_check(run: Run, marks: Marks) -> Check:
+    name = 'command acts'
+    if run.command is None:
+        return not_applicable(name, 'no stamped commands are recorded')
+    defect = command_defect(run)
+    known = np.isfinite(defect).all(axis=1)
+    if not known.any():
+        return not_applicable(name, 'no state with an answer is followed by another state')
+    worst, joint, row = largest(defect)
+    limit = marks['command']
+    if run.noisy and run.sim and run.sim.parameters['effort_convention'] == 'gravity_excluded':
+        limit += STEEPEST * 6.0 * run.sim.parameters['noise.position']  # g(q) of a measured q
+    wrong = int((np.abs(defect[known]).max(axis=1) > limit).sum())
+    sentence = f'the torque that acted is the command within {worst:.2g} N m'
+    if not worst <= limit:
+        sentence = (f'in {wrong} of {known.sum()} periods another torque acted than was '
+                    f'commanded; worst {worst:.3g} N m at {JOINT_NAMES[joint]}, '
+                    f'{run.t[row]:.4g} s')
+    return judge(name, worst, limit, 'N m', sentence, joint=JOINT_NAMES[joint],
+                 periods=int(known.sum()), differing=wrong)
+
+
+def command_defect(run: Run) -> np.ndarray:
+    """
+    Return effort of state k+1 minus the command of state k, gravity added where it should be.
+
+    Parameters
+    ----------
+    run : Run
+        A recording with commands.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n - 1, 6)
+        Torque that acted beside the command [N m]; NaN where there is no answer or no successor,
+        and zero where a torque limit explains it.
+
+    """
+    q, _, effort = run.exact
+    command = run.command[:-1].copy()
+    if run.sim and run.sim.parameters.get('effort_convention') == 'gravity_excluded':
+        command += gravity_torque(q[:-1] + run.sim.arm.angle_offset, run.sim.arm)
+    if run.sim:
+        limit = run.sim.arm.limits.effort
+        command = np.clip(command, -limit, limit)
+    defect = effort[1:] - command
+    defect[~run.steps] = np.nan
+    return defect

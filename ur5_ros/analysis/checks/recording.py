@@ -1,0 +1,114 @@
+"""Is the recording whole, does every state have its answer, are the stamps in step?"""
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.result import FAIL, PASS, Check, judge, not_applicable
+from ur5_ros.config.validation import Marks
+
+
+def recording_check(run: Run) -> Check:
+    """Return whether both bags are whole, and if not why."""
+    if not run.problems:
+        count = len(run.stamp)
+        return Check('recording', PASS, f'whole: {count} states over {run.t[-1]:.3f} s')
+    more = f' ({len(run.problems) - 1} more)' if len(run.problems) > 1 else ''
+    return Check('recording', FAIL, f'incomplete, judged to the last whole record: '
+                 f'{run.problems[0]}{more}', float(len(run.problems)), 0.0, 'problems',
+                 {'problems': list(run.problems)})
+
+
+def repeatability_check(run: Run) -> Check:
+    """Return whether the run claims to repeat to the last bit: one law, always waited for."""
+    name = 'repeatability'
+    if run.sim is None:
+        return not_applicable(name, "not a bag of this package's simulator")
+    if not run.sim.parameters['lockstep']:
+        return not_applicable(name, 'paced by the clock: none is claimed')
+    summary = run.sim.summary
+    reasons = [reason for key, reason in (
+        ('lockstep_fired', 'an answer did not come in time and the fallback took over'),
+        ('publishers_conflict', 'several publishers sent commands')) if summary.get(key)]
+    if reasons or summary.get('repeatable') is False:
+        return not_applicable(name, 'none is claimed: ' + (
+            '; '.join(reasons) or 'the simulator says so'))
+    if not summary:
+        return not_applicable(name, 'the simulator did not come to its end')
+    return Check(name, PASS, 'in lockstep throughout, one publisher: the same run gives the same '
+                 'bits', details={'hashes': dict(summary.get('hashes') or {})})
+
+
+def pairing_check(run: Run, marks: Marks) -> Check:
+    """Return whether each state has an answer and each answer a state."""
+    counts = dict(run.counts)
+    if run.command is None:
+        return not_applicable('pairing', 'no stamped commands are recorded: nothing to pair',
+                              **counts)
+    answered = np.isfinite(run.command).all(axis=1)
+    missing = int((~answered).sum())
+    orphans = counts.get('answers_without_state', 0)
+    details = {**counts, 'states': len(answered), 'answered': int(answered.sum()),
+               'states_without_answer': missing}
+    if orphans:
+        return Check('pairing', FAIL, f'{orphans} answers belong to no recorded state; '
+                     f'{missing} states have no answer', float(orphans), 0.0, 'answers', details)
+    where = ''
+    if missing:
+        first = int(np.argmin(answered))
+        where = f'; the first without is state {first + 1} at {run.stamp[first] * 1e-9:.6g} s'
+    return judge('pairing', missing, marks['unanswered'], 'states',
+                 f'{answered.sum()} of {len(answered)} states have their answer{where}',
+                 **details)
+
+
+def timing_check(run: Run, marks: Marks) -> Check:
+    """Return whether the stamps advance by one period each; with the latency where known."""
+    period = 1e9 / run.control_rate
+    steps = np.diff(run.stamp)
+    odd = np.abs(steps - period) > max(2.0, (marks['period'] if run.sim else run.jitter) * period)
+    gaps, back = int(odd.sum()), int(run.counts.get('stamps_back', 0))
+    details = {'period_s': run.h, 'gaps': gaps, 'stamps_back': back,
+               'largest_step_s': float(steps.max(initial=0)) * 1e-9, **latency(run)}
+    late = ''
+    if 'latency_p50_s' in details:
+        late = ('; state to command {latency_p50_s:.3g} s (p50), {latency_p99_s:.3g} s (p99), '
+                '{latency_max_s:.3g} s (max) of wall clock').format(**details)
+    if back:
+        return Check('timing', FAIL, f'{back} stamps go back{late}', float(back), 0.0, 'stamps',
+                     details)
+    if gaps:
+        row = int(np.argmax(odd))
+        return judge('timing', gaps, 0.0, 'gaps',
+                     f'{gaps} gaps; the first after {run.stamp[row] * 1e-9:.6g} s: '
+                     f'{steps[row] * 1e-9:.6g} s instead of {run.h:.6g} s{late}', **details)
+    return judge('timing', gaps, 0.0, 'gaps',
+                 f'every state follows the one before by {run.h * 1e3:.6g} ms{late}', **details)
+
+
+def latency(run: Run) -> dict[str, float]:
+    """
+    Return the wall-clock delay from a state to its answer, as the simulator's bag saw it.
+
+    Returns
+    -------
+    dict
+        ``latency_p50_s``, ``latency_p99_s``, ``latency_max_s`` and ``late_periods``: answers
+        that arrived after the next state had gone out.  Empty where times are not recorded.
+
+    """
+    delay = delays(run)
+    if not delay.size:
+        return {}
+    seen = (run.command_time[:-1] > 0)
+    late = int((run.command_time[:-1] > run.state_time[1:])[seen].sum())
+    p50, p99 = np.percentile(delay, [50, 99])
+    return {'latency_p50_s': float(p50), 'latency_p99_s': float(p99),
+            'latency_max_s': float(delay.max()), 'late_periods': late}
+
+
+def delays(run: Run) -> np.ndarray:
+    """Return the wall-clock delay from state to answer [s] of the states that have both."""
+    if run.state_time is None or run.command_time is None:
+        return np.zeros(0)
+    seen = (run.command_time > 0) & (run.state_time > 0)
+    return (run.command_time[seen] - run.state_time[seen]) * 1e-9

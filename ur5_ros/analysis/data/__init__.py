@@ -1,0 +1,1 @@
+"""From a bag or a robot's log to the arrays of a run."""

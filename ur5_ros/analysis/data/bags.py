@@ -1,0 +1,246 @@
+"""The bags of a run, opened: which topic plays which part, and what each says about its node."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Change, Event, Side
+from ur5_ros.bag.arrays.columns import Columns
+from ur5_ros.bag.reader import Bag, open_bag
+from ur5_ros.bag.run_folders import bags_of_run, is_bag
+from ur5_ros.cdr.codec import decode
+from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, parse_arm
+from ur5_ros.config.parameters import Parameter
+from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.signals import JOINT_NAMES
+
+#: Part -> type, and how the topic's name ends in bags that do not say.
+ROLES = {
+    'joint_states': ('sensor_msgs/msg/JointState', 'joint_states'),
+    'joint_command': ('sensor_msgs/msg/JointState', 'joint_command'),
+    'ground_truth': ('sensor_msgs/msg/JointState', '/ground_truth'),
+    'torque_parts': ('sensor_msgs/msg/JointState', '/torque_parts'),
+    'reference': ('trajectory_msgs/msg/JointTrajectory', '/reference'),
+    'events': ('diagnostic_msgs/msg/DiagnosticArray', '/events'),
+    'motor_current': ('sensor_msgs/msg/JointState', '/motor_current'),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """One bag, its hot topics read."""
+
+    path: Path
+    node: str
+    """``sim``, ``control``, ``robot`` or empty where the bag does not say."""
+    run: str
+    side: Side | None
+    effort: str
+    """What the effort is, where it is not the torque that acted."""
+    data: dict[str, Any]
+    """By part of :data:`ROLES`; joint columns are in the order of JOINT_NAMES."""
+    problems: tuple[str, ...]
+
+    def has(self, role: str) -> bool:
+        """Tell whether messages of this part were read."""
+        return role in self.data and len(self.data[role].log_time) > 0
+
+
+def open_sources(folder: Path) -> tuple[list[Source], list[str]]:
+    """
+    Return the bags of a run, read, and what is wrong with the run as a whole.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Run folder with ``sim`` and ``control``, one bag folder, or one MCAP file.
+
+    Raises
+    ------
+    Refusal
+        If nothing can be read, the bags belong to different runs, or one contradicts itself.
+
+    """
+    found, problems = [], []
+    paths = bags_of_run(folder)
+    for path in paths:
+        try:
+            found.append(_read(open_bag(path)))
+        except BagProblem as problem:
+            if len(paths) == 1:
+                raise
+            problems.append(str(problem))
+    if not found:
+        raise Refusal('; '.join(problems))
+    _check_same_run(found)
+    nodes = {source.node for source in found}
+    if paths != [folder] and not is_bag(folder):
+        for node, other in (('sim', 'control'), ('control', 'sim')):
+            if node in nodes and other not in nodes and not problems:
+                problems.append(f'{folder}: the bag of the {other} node is missing')
+    return found, problems
+
+
+def _check_same_run(found: list[Source]) -> None:
+    named = [source for source in found if source.run]
+    for source in named[1:]:
+        if source.run != named[0].run:
+            raise Refusal(f'{named[0].path} is of run {named[0].run}, {source.path} of run '
+                          f'{source.run}; put the bags of one run together')
+    for node in ('sim', 'control'):
+        twice = [str(source.path) for source in found if source.node == node]
+        if len(twice) > 1:
+            raise Refusal(f'{" and ".join(twice)} are both of the {node} node; '
+                          'give the bags of one run')
+
+
+def _read(bag: Bag) -> Source:
+    side, node, run = _side(bag)
+    prefix = str(side.parameters.get('tf_prefix', '')) if side else None
+    topics = _topics(bag)
+    names = {topic: _names(bag, role, topic, prefix) for role, topic in topics.items()}
+    loaded = bag.load({topic: names[topic] for topic in topics.values()})
+    data = {}
+    for role, topic in topics.items():
+        columns = loaded[topic]
+        if isinstance(columns, Columns):
+            if columns.skipped:
+                bag.report(f'{bag.path}: {columns.skipped} messages of {topic} could not be '
+                            'used: joint names missing, or lengths that contradict each other')
+            if not len(columns.stamp):
+                continue
+        data[role] = columns
+    problems = list(bag.problems)
+    if side is not None and not side.summary:
+        problems.append(f'{bag.path}: the recording was not closed: the node was killed, or '
+                        'still runs')
+    return Source(bag.path, node, run, side, bag.description.get('effort', ''), data,
+                  tuple(problems))
+
+
+def _topics(bag: Bag) -> dict[str, str]:
+    """Return part -> topic name, of those that the bag has with the right type."""
+    said = _json(bag, 'topics', {})
+    if not isinstance(said, dict):
+        raise Refusal(f'{bag.path}: its description names no topics; it is damaged')
+    found = {}
+    for role, (kind, ending) in ROLES.items():
+        name = said.get(role)
+        if name is None and not bag.description.get('node'):
+            endings = [topic for topic in sorted(bag.topics, key=len) if topic.endswith(ending)]
+            name = endings[0] if endings else None
+        if not isinstance(name, str) or name not in bag.topics:
+            continue
+        if bag.topics[name] != kind:
+            raise Refusal(f'{bag.path}: topic {name} is {bag.topics[name]}, not {kind}')
+        found[role] = name
+    return found
+
+
+def _names(bag: Bag, role: str, topic: str, prefix: str | None) -> list[str] | None:
+    """Return the columns wanted of a topic: the six joints, or the parts of their torque."""
+    if role == 'events':
+        return None
+    if prefix is None:
+        prefix = _prefix(bag, topic)
+    joints = [prefix + name for name in JOINT_NAMES]
+    if role != 'torque_parts':
+        return joints
+    return [f'{part}/{joint}' for part in PART_NAMES for joint in joints]
+
+
+#: Parts of a recorded torque, in the order of its columns.
+PART_NAMES = ('total', 'inertial', 'feedback', 'coriolis', 'gravity')
+
+
+def _prefix(bag: Bag, topic: str) -> str:
+    """Return what stands before the joint names in a bag that does not say."""
+    for _, message in bag.messages(topic):
+        names = message.get('name') or message.get('joint_names') or []
+        first = [name for name in names if name.endswith(JOINT_NAMES[0])]
+        if not first:
+            raise Refusal(f'{bag.path}: {topic} names the joints {", ".join(names[:6]) or "-"}; '
+                          f'wanted are {", ".join(JOINT_NAMES)}, with a common prefix or none')
+        return first[0].removesuffix(JOINT_NAMES[0]).rpartition('/')[2]
+    return ''
+
+
+def _json(bag: Bag, key: str, default: Any) -> Any:
+    text = bag.description.get(key)
+    if text is None:
+        return default
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        raise Refusal(f'{bag.path}: {key} in its description is not JSON; '
+                      'the bag is damaged') from None
+
+
+def _side(bag: Bag) -> tuple[Side | None, str, str]:
+    """Return what a bag says about its node, which node and which run it is."""
+    said = bag.description
+    node = said.get('node', '')
+    if node not in ('sim', 'control', 'robot'):
+        return None, '', said.get('run', '')
+    given = _json(bag, 'parameters', {})
+    known = SIM_PARAMETERS if node == 'sim' else CONTROL_PARAMETERS
+    if not isinstance(given, dict) or 'arm' not in said:
+        raise Refusal(f'{bag.path}: its description has no arm or no parameters; it is damaged')
+    try:
+        parameters = complete(known, {name: value for name, value in given.items()
+                                      if name != 'use_sim_time'})
+    except Refusal as refusal:
+        raise Refusal(f'{bag.path}: {refusal}') from None
+    arm = parse_arm(said['arm'], f'{bag.path}: arm')
+    if node == 'robot':
+        parameters['mode'] = 'unknown'
+    side = Side(said.get('arm_name', arm.name), arm, parameters, _json(bag, 'versions', {}),
+                bag.notes.get('summary', {}), _json(bag, 'fingerprint', {}),
+                _changes(bag, known))
+    return side, node, said.get('run', '')
+
+
+def _changes(bag: Bag, known: tuple[Parameter, ...]) -> tuple[Change, ...]:
+    """Return the live changes of parameters that the node noted."""
+    noted = bag.notes.get('parameter_changes', {}).get('changes', [])
+    found = []
+    try:
+        for each in noted:
+            values = {name: value for name, value in each.items() if name != 'stamp'}
+            checked = complete(known, values)
+            found.append(Change(int(each['stamp']), {name: checked[name] for name in values}))
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise Refusal(f'{bag.path}: its note of parameters changed while it ran cannot be '
+                      f'understood ({error}); the bag is damaged') from None
+    return tuple(sorted(found, key=lambda change: change.stamp))
+
+
+def events_of(source: Source) -> Iterator[Event]:
+    """
+    Yield the events that a simulator's bag holds.
+
+    Raises
+    ------
+    Refusal
+        If one cannot be understood.
+
+    """
+    if not source.has('events'):
+        return
+    raw = source.data['events']
+    for begin, end in zip(raw.offsets[:-1].tolist(), raw.offsets[1:].tolist(), strict=True):
+        message = decode('diagnostic_msgs/msg/DiagnosticArray',
+                         np.ascontiguousarray(raw.data[begin:end]).tobytes())
+        stamp = message['header']['stamp']
+        for status in message['status']:
+            try:
+                values = {pair['key']: json.loads(pair['value']) for pair in status['values']}
+            except (ValueError, RecursionError):
+                raise Refusal(f'{source.path}: event {status["name"][:40]!r} has a value that is '
+                              'not JSON; the bag is damaged') from None
+            yield Event(stamp['sec'] * 1_000_000_000 + stamp['nanosec'], status['name'],
+                        status['message'], values)

@@ -1,0 +1,1 @@
+"""From recorded motion to the parameters of an arm."""

@@ -1,0 +1,72 @@
+"""An identified arm as an arm file."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from ur5_ros.analysis.identification.identify import Identified
+from ur5_ros.errors import Refusal
+
+_LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
+
+
+def write_arm(found: Identified, path: Path | str) -> None:
+    """
+    Write an identified arm as a file that every command takes for ``--arm``.
+
+    Raises
+    ------
+    Refusal
+        If the file exists or cannot be written.
+
+    """
+    path = Path(path)
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write(arm_yaml(found))
+    except FileExistsError:
+        raise Refusal(f'{path} exists already; give another file') from None
+    except OSError as error:
+        raise Refusal(f'{path}: cannot be written: {error.strerror}') from None
+
+
+def arm_yaml(found: Identified) -> str:
+    """Return an identified arm as the YAML text of an arm file; friction stands in comments."""
+    arm = found.arm
+    source = (f'identified by least squares; torque error on {found.test_run}: '
+              + ', '.join(f'{value:.2g}' for value in found.test_rms) + ' N m RMS a joint')
+    quoted = json.dumps(source)
+    lines = [
+        f'name: {json.dumps(arm.name)}',
+        'description: "Identified from recorded torques."',
+        '# friction is no part of an arm: give it to the simulator',
+        f'# friction.viscous: {_numbers(found.viscous)}  # +- {_numbers(found.viscous_error)}',
+        f'# friction.coulomb: {_numbers(found.coulomb)}  # +- {_numbers(found.coulomb_error)}',
+    ]
+    if found.motors:
+        lines += [f'# from motor currents, friction.viscous: {_numbers(found.motors.viscous)}',
+                  f'# from motor currents, friction.coulomb: {_numbers(found.motors.coulomb)}']
+    lines += ['dh:', '  source: "as the arm that the identification began with"',
+              f'  a: {_numbers(arm.a)}', f'  d: {_numbers(arm.d)}',
+              f'  alpha: {_numbers(arm.alpha)}',
+              'angle_offset:', '  source: "likewise"', f'  value: {_numbers(arm.angle_offset)}',
+              'links:']
+    for name, mass, com, tensor in zip(_LINKS, arm.mass, arm.com, arm.inertia, strict=True):
+        six = tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        lines += [f'  - name: {name}', f'    mass: {float(mass)!r}', f'    com: {_numbers(com)}',
+                  f'    inertia: {_numbers(six)}', f'    source: {quoted}']
+    position = ['null' if not np.isfinite(low) else _numbers([low, high])
+                for low, high in zip(arm.limits.lower, arm.limits.upper, strict=True)]
+    lines += ['armature:', f'  source: {quoted}', f'  value: {_numbers(arm.armature)}',
+              'gravity:', '  source: "as the arm that the identification began with"',
+              f'  value: {_numbers(arm.gravity)}',
+              'limits:', '  source: "likewise"',
+              '  position:', *(f'    - {each}' for each in position),
+              f'  velocity: {_numbers(arm.limits.velocity)}',
+              f'  effort: {_numbers(arm.limits.effort)}']
+    return '\n'.join(lines) + '\n'
+
+
+def _numbers(values) -> str:
+    return '[' + ', '.join(repr(float(value)) for value in values) + ']'

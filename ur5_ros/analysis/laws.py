@@ -1,0 +1,123 @@
+"""What the law promises, and when it was in charge: what the checks of the law share."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.control.gains import Gains, gains_from
+
+#: A recorded error may exceed what the sampled loop predicts by this factor.
+BEYOND_THEORY = 1.25
+
+
+class Law(NamedTuple):
+    """The law that answers some of the states: rows ``first`` to ``end - 1``."""
+
+    first: int
+    end: int
+    parameters: Mapping[str, Any]
+    """Every parameter of the controller while it answers them."""
+    gains: Gains
+
+    @property
+    def promised(self) -> bool:
+        """Whether it is computed torque, which promises e'' + Kd e' + Kp e = 0."""
+        return self.parameters.get('mode', 'computed_torque') == 'computed_torque'
+
+
+def laws_of(run: Run) -> list[Law]:
+    """
+    Return the laws in force, in order: one, and another wherever gains or mode were changed.
+
+    A change acts on the answers to the states after the one that was answered last before it.
+
+    Parameters
+    ----------
+    run : Run
+        A recording with the controller's description.
+
+    Raises
+    ------
+    Refusal
+        If gains make no stable error equation.
+
+    """
+    found: list[Law] = []
+    given, count = dict(run.control.parameters), len(run.stamp)
+    for stamp, values in ((0, {}), *run.control.changes):
+        given = {**given, **values}
+        first = int(np.searchsorted(run.stamp, stamp, side='right')) if found else 0
+        if found and not _ABOUT_THE_LAW.intersection(values):
+            continue
+        if found and found[-1].first == first:
+            found.pop()
+        elif found:
+            found[-1] = found[-1]._replace(end=first)
+        found.append(Law(first, count, given, gains_from(given['kp'], given['kd'])))
+    return [law for law in found if law.first < law.end]
+
+
+_ABOUT_THE_LAW = {'kp', 'kd', 'mode', 'torque_rate_limit'}
+
+
+def promised_rows(laws: list[Law], count: int) -> np.ndarray:
+    """Tell which of ``count`` states are answered by computed torque, shape (count,)."""
+    promised = np.zeros(count, dtype=bool)
+    for law in laws:
+        promised[law.first:law.end] = law.promised
+    return promised
+
+
+def law_in_charge(run: Run) -> np.ndarray:
+    """
+    Tell in which periods the law's command acted as it was given, shape (n - 1,).
+
+    Not where a state went unanswered, across a gap, beyond the torque limits, or, when not in
+    lockstep, where the command came too late.
+
+    """
+    star = np.isfinite(np.hstack([*run.reference])).all(axis=1)
+    counted = run.steps & star[:-1] & star[1:]
+    if run.command is None:
+        return counted
+    counted = counted & np.isfinite(run.command[:-1]).all(axis=1)
+    if run.sim is None:
+        return counted
+    effort = run.exact.effort[1:]
+    counted &= (np.abs(effort) < run.sim.arm.limits.effort).all(axis=1)
+    if not run.sim.parameters['lockstep'] and (
+            run.sim.parameters['effort_convention'] == 'total'):
+        counted &= (np.abs(effort - run.command[:-1]) <= 1e-9).all(axis=1)
+    return counted
+
+
+def noise_allowance(run: Run) -> float:
+    """
+    Return by how much encoder noise may move e(t) [rad]; zero without noise.
+
+    The law filters the noise: ten standard deviations of the position and ten of the velocity
+    over a second bound what is left of it.
+
+    """
+    if run.sim is None:
+        return 0.0
+    given = run.sim.parameters
+    return 10.0 * (given['noise.position'] + given['noise.velocity'] * 1.0)
+
+
+def largest(values: np.ndarray) -> tuple[float, int, int]:
+    """
+    Return the largest magnitude, its column and its row; NaN entries are not looked at.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, shape (n, m)
+        Numbers; those that are NaN were not measured.
+
+    """
+    size = np.abs(values)
+    size[np.isnan(size)] = -1.0
+    row, column = np.unravel_index(int(np.argmax(size)), size.shape)
+    return float(size[row, column]), int(column), int(row)

@@ -1,0 +1,1 @@
+"""The verdict as figures and as a page of HTML."""

@@ -1,0 +1,220 @@
+"""The figures of the report as plain data: what is drawn, thinned so that the file stays small."""
+
+import base64
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import PARTS
+from ur5_ros.analysis.result import Result
+from ur5_ros.signals import JOINT_NAMES
+
+#: A curve is drawn through the least and the greatest value of each of so many pieces.
+PIECES = 900
+
+#: Colours that stand out on white and on black, one a joint.
+COLOURS = ('#3d85c6', '#e0803a', '#3fa66b', '#d0505e', '#9070c8', '#a08438')
+
+
+class Figure(NamedTuple):
+    """One plot."""
+
+    key: str
+    """Identifier in the page."""
+    title: str
+    caption: str
+    """What to look for, in a sentence or two."""
+    traces: list[dict[str, Any]]
+    """Curves or bars as Plotly has them."""
+    y: str
+    """Title of the vertical axis."""
+    x: str = 'time [s]'
+    log: bool = False
+    """Logarithmic vertical axis."""
+    wide: bool = False
+    """Takes the whole width."""
+
+
+def figures(result: Result) -> list[Figure]:
+    """
+    Return every figure that the result has the series for, in the order of the report.
+
+    Parameters
+    ----------
+    result : Result
+        What :func:`ur5_ros.analysis.validate.validate` found.
+
+    """
+    series = result.series
+    if 'run' not in series:
+        return []
+    found = []
+    if 'tool' in series:
+        found += _tool_figures(series)
+    if 'dynamics' in series:
+        found += _error_figures(series)
+    found += _torque_figures(series) + _residual_figures(series)
+    if 'smoothed' in series:
+        t, lacking = series['smoothed']
+        found.append(Figure(
+            'smoothed', 'Torque that the arm does not explain', 'Recorded torque minus inverse '
+            'dynamics, smoothed over blocks.',
+            [curve(t, lacking[:, i], name, COLOURS[i]) for i, name in enumerate(JOINT_NAMES)],
+            'torque [N m]', wide=True))
+    if 'surplus' in series:
+        run = series['run']
+        found.append(Figure(
+            'energy', 'Energy balance', 'Energy that the arm gained minus work done on it; a '
+            'passive arm keeps it at zero or below.',
+            [curve(run.t[1:], series['surplus'], 'surplus', COLOURS[0])], 'energy [J]'))
+    return found + _timing_figures(series)
+
+
+def curve(t, values, name: str, colour: str, dash: str = 'solid', width: float = 1.6) -> dict:
+    """
+    Return a curve, thinned to its envelope.
+
+    Parameters
+    ----------
+    t, values : numpy.ndarray, shape (n,)
+        Abscissa and ordinate; NaN makes a gap.
+    name, colour : str
+        For the legend.
+    dash : str
+        ``solid``, ``dash`` or ``dot``.
+    width : float
+        Of the line [px].
+
+    """
+    rows = envelope(np.asarray(values, dtype=float))
+    return {'type': 'scatter', 'mode': 'lines', 'name': name, 'x': packed(t[rows]),
+            'y': packed(values[rows]),
+            'line': {'color': colour, 'width': width, 'dash': dash}}
+
+
+def envelope(values: np.ndarray, pieces: int = PIECES) -> np.ndarray:
+    """Return the rows of least and greatest value of each piece, in order; all where few."""
+    n = len(values)
+    if n <= 2 * pieces:
+        return np.arange(n)
+    size = -(-n // pieces)
+    whole = n // size
+    blocks = values[:whole * size].reshape(whole, size)
+    first = np.arange(whole) * size
+    low = first + np.argmin(np.where(np.isnan(blocks), np.inf, blocks), axis=1)
+    high = first + np.argmax(np.where(np.isnan(blocks), -np.inf, blocks), axis=1)
+    tail = np.arange(whole * size, n)
+    if len(tail):
+        rest = values[tail]
+        tail = np.array([tail[0], tail[-1], tail[np.argmax(np.nan_to_num(rest, nan=-np.inf))]])
+    return np.unique(np.concatenate([[0], low, high, tail, [n - 1]]))
+
+
+def packed(values: np.ndarray) -> dict[str, str]:
+    """Return numbers as Plotly's base64 of float32: seven digits, a third of the size of text."""
+    data = np.ascontiguousarray(values, dtype='<f4').tobytes()
+    return {'dtype': 'f4', 'bdata': base64.b64encode(data).decode('ascii')}
+
+
+def _tool_figures(series) -> list[Figure]:
+    run, tool = series['run'], series['tool']
+    t = run.t
+    found = []
+    for key, title, made, wanted, unit in (
+            ('position', 'Tool position (Fig. 11)', tool.position, tool.wanted_position, 'm'),
+            ('orientation', 'Tool orientation (Fig. 11)', tool.orientation,
+             tool.wanted_orientation, 'rad')):
+        names = 'xyz' if key == 'position' else ('rx', 'ry', 'rz')
+        traces = []
+        for i, name in enumerate(names):
+            traces.append(curve(t, made[:, i], name, COLOURS[i]))
+            traces.append(curve(t, wanted[:, i], f'{name} wanted', COLOURS[i], 'dot', 2.4))
+        caption = ('Position of the tool in base' if key == 'position' else
+                   'Rotation vector of the tool in base') + ', made (line) and wanted (dots).'
+        found.append(Figure(key, title, caption, traces, f'{key} [{unit}]'))
+    found.append(Figure(
+        'pose_error', 'Tool error', 'Distance to the wanted position and angle to the wanted '
+        'orientation.',
+        [curve(t, floor(tool.distance * 1e3), 'position [mm]', COLOURS[0]),
+         curve(t, floor(tool.angle * 1e3), 'orientation [mrad]', COLOURS[1])],
+        'error [mm, mrad]', log=True, wide=True))
+    return found
+
+
+def _error_figures(series) -> list[Figure]:
+    run, dynamics = series['run'], series['dynamics']
+    t, traces = run.t, []
+    for i, name in enumerate(JOINT_NAMES):
+        traces.append(curve(t, dynamics.error[:, i], name, COLOURS[i]))
+        traces.append(curve(t, dynamics.continuous[:, i], f'{name}, theory', COLOURS[i], 'dot',
+                            2.4))
+    if not np.isfinite(dynamics.continuous).any():
+        return [Figure('error', 'Joint error e(t)', 'Position minus reference.', traces[::2],
+                       'error [rad]', wide=True)]
+    away = [curve(t, floor(dynamics.error[:, i] - dynamics.continuous[:, i]), name, COLOURS[i])
+            for i, name in enumerate(JOINT_NAMES)]
+    found = [
+        Figure('error', 'Joint error e(t) against theory', "Recorded error (line) and the "
+               "solution of e'' + Kd e' + Kp e = 0 from the same start (dots).", traces,
+               'error [rad]', wide=True),
+        Figure('error_away', 'Distance of e(t) from the continuous solution', 'What holding the '
+               'torque and sampling the reference cost.', away, '|difference| [rad]', log=True)]
+    if run.substeps == 1:
+        step = [curve(t[1:], floor(dynamics.error[1:, i] - dynamics.sampled[1:, i]), name,
+                      COLOURS[i]) for i, name in enumerate(JOINT_NAMES)]
+        found.append(Figure(
+            'error_sampled', 'Distance of e(t) from the sampled equation', 'The loop as it is '
+            'sampled, followed from the first state: only rounding should be left.', step,
+            '|difference| [rad]', log=True))
+    return found
+
+
+def _torque_figures(series) -> list[Figure]:
+    run = series['run']
+    shown = {name: run.parts[name] for name in PARTS if name in run.parts}
+    colours = dict(zip(PARTS, COLOURS[1:], strict=False))
+    acted = ("The robot's own target torque." if run.follows_reference
+             else 'The torque that acted.')
+    found = []
+    for i, joint in enumerate(JOINT_NAMES):
+        traces = [curve(run.t[1:], run.states.effort[1:, i], 'acted', COLOURS[0], width=2.2)]
+        traces += [curve(run.t, part[:, i], name, colours[name])
+                   for name, part in shown.items()]
+        found.append(Figure(
+            f'torque_{i + 1}', f'Torque, {joint}', 'The torque that acted, and the parts of the '
+            'command.' if shown else acted, traces, 'torque [N m]'))
+    return found
+
+
+def _residual_figures(series) -> list[Figure]:
+    run, found = series['run'], []
+    for key, title in (('residual_control', "Residual with the controller's arm"),
+                       ('residual_sim', "Residual with the simulator's arm")):
+        if key not in series:
+            continue
+        traces = [curve(run.t[:-1], floor(series[key][:, i]), name, COLOURS[i])
+                  for i, name in enumerate(JOINT_NAMES)]
+        found.append(Figure(key, title, 'What the equations leave unexplained, as torque: '
+                            'rounding if model and plant agree.', traces, '|residual| [N m]',
+                            log=True))
+    return found
+
+
+def _timing_figures(series) -> list[Figure]:
+    delays = series.get('delays')
+    if delays is None or not delays.size:
+        return []
+    low, high = max(delays.min(), 1e-6), max(delays.max(), 2e-6)
+    counts, edges = np.histogram(delays, np.geomspace(low * 0.99, high * 1.01, 80))
+    centres = np.sqrt(edges[1:] * edges[:-1])
+    bars = {'type': 'bar', 'name': 'answers', 'x': packed(centres * 1e3), 'y': packed(counts),
+            'width': packed(np.diff(edges) * 1e3), 'marker': {'color': COLOURS[0]}}
+    return [Figure('timing', 'Latency, state to command', "Wall clock from a state's departure "
+                   "to its answer's arrival at the simulator.", [bars], 'answers',
+                   x='latency [ms]', log=True)]
+
+
+def floor(values: np.ndarray) -> np.ndarray:
+    """Return magnitudes for a logarithmic axis; zero, which it cannot show, makes a gap."""
+    size = np.abs(values)
+    return np.where(size > 0.0, size, np.nan)

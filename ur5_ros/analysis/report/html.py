@@ -1,0 +1,187 @@
+"""The report: one HTML file that opens from disk, the verdict first, every figure zoomable."""
+
+import base64
+import hashlib
+import json
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from plotly.offline import get_plotlyjs
+
+from ur5_ros.analysis.report.figures import Figure, figures
+from ur5_ros.analysis.report.page import SCRIPT, STYLE
+from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, PASS, Check, Result
+from ur5_ros.errors import Refusal
+
+
+def write_html(result: Result, path: str | Path) -> None:
+    """
+    Write the report of a result.
+
+    Parameters
+    ----------
+    result : Result
+        What :func:`ur5_ros.analysis.validate.validate` found.
+    path : str or pathlib.Path
+        File to write; an older one is replaced.
+
+    Raises
+    ------
+    Refusal
+        If the file cannot be written.
+
+    """
+    try:
+        Path(path).write_text(html_text(result), encoding='utf-8')
+    except OSError as error:
+        raise Refusal(f'{path}: the report cannot be written: {error.strerror}') from None
+
+
+def html_text(result: Result) -> str:
+    """
+    Return the report as text.
+
+    Nothing from the bag becomes markup: every text is escaped, the data stand in a block of JSON,
+    and the page's policy lets its own two scripts run and nothing else.
+
+    """
+    plots = figures(result)
+    library = get_plotlyjs()
+    policy = ("default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; script-src "
+              + ' '.join(f"'sha256-{_digest(script)}'" for script in (library, SCRIPT)))
+    return ''.join([
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
+        f'<title>{_text(result.verdict)}: {_text(result.run)}</title>\n',
+        f'<style>{STYLE}</style>\n</head>\n<body>\n<main>\n',
+        _verdict(result), _causes(result), _checks(result), _plots(plots), _details(result),
+        '</main>\n<script type="application/json" id="figures">',
+        _json([_figure(figure) for figure in plots]), '</script>\n',
+        f'<script>{library}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n',
+    ])
+
+
+def _digest(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+def _json(value: Any) -> str:
+    """Return JSON that cannot end the script block that it stands in."""
+    return (json.dumps(value, separators=(',', ':')).replace('<', '\\u003c')
+            .replace('>', '\\u003e').replace('&', '\\u0026'))
+
+
+def _text(value: Any) -> str:
+    """Return text as markup that shows it; characters that no file can hold become marks."""
+    shown = str(value).encode('utf-8', 'replace').decode()
+    return escape(''.join(c if c >= ' ' or c in '\n\t' else '?' for c in shown), quote=True)
+
+
+def _figure(figure: Figure) -> dict[str, Any]:
+    return {'key': figure.key, 'x': figure.x, 'y': figure.y, 'log': figure.log,
+            'traces': figure.traces}
+
+
+def _verdict(result: Result) -> str:
+    count = [check.verdict for check in result.checks]
+    failed = [check for check in result.checks if check.verdict == FAIL]
+    if failed:
+        words = f'{len(failed)} of {len(count)} checks fail. First: {failed[0].sentence}.'
+    else:
+        words = f'{count.count(PASS)} checks pass, none fails'
+        skipped = count.count(NOT_APPLICABLE)
+        words += f', {skipped} {"does" if skipped == 1 else "do"} not apply.' if skipped else '.'
+    return (f'<div class="verdict {_text(result.verdict)}"><div class="stamp">'
+            f'{_text(result.verdict)}</div><div><h1>{_text(result.run)}</h1>'
+            f'<p>{_text(words)}</p></div></div>\n{_about(result.about)}')
+
+
+def _about(about: dict[str, Any]) -> str:
+    sim, control = about.get('simulator') or {}, about.get('controller') or {}
+    parameters = control.get('parameters', {})
+    summary = sim.get('summary') or {}
+    rows = {
+        'simulator arm': sim.get('arm'), 'controller arm': control.get('arm'),
+        'experiment': parameters.get('experiment'),
+        'Kp, Kd': ', '.join(_gain(parameters[key]) for key in ('kp', 'kd') if key in parameters),
+        'changed while it ran': '; '.join(map(_change, control.get('changes', [])[:3])),
+        'rates': _rates(about), 'length': f'{about["duration_s"]:.4g} s, {about["states"]} states',
+        'ur5_ros': about['ur5_ros'], 'pass marks': about['marks'], 'folder': about['folder'],
+    }
+    for topic, value in (summary.get('hashes') or {}).items():
+        rows[f'hash of {topic}'] = str(value)[:16]
+    return '<div class="about">' + ''.join(
+        f'<div><span>{_text(name)}</span>{_text(value)}</div>'
+        for name, value in rows.items() if value) + '</div>\n'
+
+
+def _rates(about: dict[str, Any]) -> str:
+    rate = f'{about["control_rate_hz"]:.6g} Hz'
+    physics = about.get('physics_rate_hz')
+    return f'{rate}, physics {physics:.6g} Hz' if physics else rate
+
+
+def _gain(values: Any) -> str:
+    numbers = values if isinstance(values, list) else [values]
+    return ' '.join(f'{number:g}' for number in numbers[:6]) + (
+        ' ...' if len(numbers) > 6 else '')
+
+
+def _change(change: dict[str, Any]) -> str:
+    values = ', '.join(f'{name} {value if isinstance(value, str) else _gain(value)}'
+                       for name, value in change.items() if name != 'after_s')
+    return f'{values} from {change["after_s"]:.4g} s'
+
+
+def _causes(result: Result) -> str:
+    if not result.causes:
+        return ''
+    items = ''.join(f'<li>{_text(cause["sentence"])}</li>' for cause in result.causes)
+    return f'<h2>Why</h2>\n<ul>{items}</ul>\n'
+
+
+def _checks(result: Result) -> str:
+    order = {FAIL: 0, PASS: 1, NOT_APPLICABLE: 2}
+    rows = ''.join(_row(check) for check in sorted(
+        result.checks, key=lambda check: order[check.verdict]))
+    return ('<h2>Checks</h2>\n<table class="checks"><thead><tr><th>check</th><th>verdict</th>'
+            '<th>value</th><th>limit</th><th>in words</th></tr></thead>'
+            f'<tbody>{rows}</tbody></table>\n')
+
+
+def _row(check: Check) -> str:
+    value, limit = _number(check.value, check.unit), _number(check.limit, check.unit)
+    return (f'<tr><td>{_text(check.name)}</td>'
+            f'<td class="pill {_text(check.verdict.replace(" ", "-"))}">{_text(check.verdict)}'
+            f'</td><td class="number" data-label="value">{value}</td>'
+            f'<td class="number" data-label="limit">{limit}</td>'
+            f'<td>{_text(check.sentence)}</td></tr>\n')
+
+
+def _number(value: float | None, unit: str) -> str:
+    if value is None:
+        return '&ndash;'
+    return _text(f'{value:.3g} {"" if unit == "1" else unit}'.strip())
+
+
+def _plots(plots: list[Figure]) -> str:
+    if not plots:
+        return ''
+    boxes = ''.join(
+        f'<figure{" class=wide" if plot.wide else ""}><figcaption><b>{_text(plot.title)}</b>'
+        f'{_text(plot.caption)}</figcaption><div class="plot" id="plot-{_text(plot.key)}"></div>'
+        '</figure>\n' for plot in plots)
+    return f'<h2>Figures</h2>\n<div class="plots">{boxes}</div>\n'
+
+
+def _details(result: Result) -> str:
+    document = json.loads(result.to_json())
+    parts = [('Events', document['about'].pop('events')), ('Run and parameters',
+             document['about']), ('Numbers of the checks', document['checks']),
+             ('Causes', document['causes'])]
+    return '<h2>Details</h2>\n' + ''.join(
+        f'<details><summary>{_text(title)}</summary><pre>'
+        f'{_text(json.dumps(value, indent=2))}</pre></details>\n'
+        for title, value in parts if value)

@@ -1,0 +1,242 @@
+"""One MCAP file, read front to back within bounds; damage is named and survived."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import BinaryIO, NamedTuple, Protocol
+
+import numpy as np
+from mcap.records import Header, Metadata
+
+from ur5_ros.bag.mcap.channels import FileDefinitions, TopicInfo
+from ur5_ros.bag.mcap.chunk import open_chunk
+from ur5_ros.bag.mcap.data_section import data_records, proof_of_data
+from ur5_ros.bag.mcap.message_index import Walk, walk
+from ur5_ros.bag.mcap.records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
+from ur5_ros.bag.mcap.summary import Summary, read_summary
+from ur5_ros.errors import BagProblem
+
+#: Chunks are walked together up to this size [bytes].
+BATCH_SIZE = 1 << 20
+
+#: Largest ratio of decompressed to stored size of a whole file, beyond the first ALLOWANCE bytes.
+#: LZ4 cannot exceed 255; states of an arm at rest come to 40 with Zstandard.
+MAX_RATIO = 1000
+ALLOWANCE = 4 << 20
+
+
+class Batch(NamedTuple):
+    """A piece of a source: a buffer, and where the messages lie in it."""
+
+    buffer: bytes | bytearray
+    messages: Walk
+
+
+class Source(Protocol):
+    """Where the messages of a bag come from: an MCAP file, or a folder read by others."""
+
+    path: Path
+    size: int
+    metadata: list[tuple[str, dict[str, str]]]
+    counts: dict[int, int]
+
+    @property
+    def topics(self) -> dict[int, TopicInfo]:
+        """What is known of each channel."""
+
+    @property
+    def expected(self) -> dict[int, int]:
+        """Messages of each channel, as the source itself claims."""
+
+    def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
+        """Yield all messages."""
+
+
+class McapSource:
+    """
+    An MCAP file as a source of messages.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    report : callable
+        Takes a sentence about each thing found wrong; reading goes on where that is possible.
+
+    Raises
+    ------
+    BagProblem
+        If the file cannot be opened or is no MCAP file.
+
+    """
+
+    def __init__(self, path: Path, report: Callable[[str], None]) -> None:
+        self.path = path
+        self.report = report
+        self.metadata: list[tuple[str, dict[str, str]]] = []
+        """Metadata records: (name, content)."""
+        self.counts: dict[int, int] = {}
+        """Messages of each channel, as counted by the last whole pass."""
+        self.summary: Summary | None = None
+        self._definitions = FileDefinitions(path, report)
+        if path.exists() and not path.is_file():
+            raise BagProblem(f'{path}: no file')  # a pipe would be waited for
+        try:
+            self.size = path.stat().st_size
+            with open(path, 'rb') as file:
+                start = file.read(len(MAGIC))
+                if start == MAGIC:
+                    self._survey(file)
+        except OSError as error:
+            raise BagProblem(f'{path}: cannot be read: {error.strerror}') from None
+        if start != MAGIC:
+            if not MAGIC.startswith(start):
+                raise BagProblem(f'{path}: no MCAP file')
+            report(f'{path}: holds nothing; its writer ended before the first record')
+
+    def _survey(self, file: BinaryIO) -> None:
+        """Learn topics and metadata: from the summary, or by reading all where there is none."""
+        try:
+            self.summary = read_summary(file, self.path, self.size, self._definitions)
+        except BagProblem as problem:
+            self.report(str(problem))
+            self._definitions.forget()
+        if self.summary is not None:
+            self.metadata = list(self.summary.metadata)
+        else:
+            self.report(f'{self.path}: unfinished, its writer was ended before it closed the '
+                        'file; mend it with: ur5 recover')
+        if self.summary is None or not self._definitions.channels:
+            for _ in self.batches():
+                pass
+
+    @property
+    def topics(self) -> dict[int, TopicInfo]:
+        """What is known of each channel."""
+        return self._definitions.topics()
+
+    @property
+    def expected(self) -> dict[int, int]:
+        """Messages of each channel, as the summary claims."""
+        stated = self.summary and self.summary.statistics
+        return stated.channel_message_counts if stated else {}
+
+    def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
+        """
+        Yield all messages of the file, in its order; afterwards ``counts`` is right.
+
+        Parameters
+        ----------
+        fast : callable
+            The walk to use: :func:`ur5_ros.bag.mcap.message_index.walk`, or a compiled one.
+
+        """
+        self.counts = {}
+        for contents in self._gathered():
+            joined = b''.join(contents) if len(contents) > 1 else contents[0]
+            found = fast(joined)
+            if found is not None:
+                yield self._counted(joined, found)
+                continue
+            for content in contents:
+                found = walk(content)
+                if found is None:
+                    self.report(f'{self.path}: a chunk that holds no whole records was left out')
+                else:
+                    yield self._counted(content, found)
+        self._check_counts()
+
+    def _counted(self, content: bytes, found: Walk) -> Batch:
+        for opcode, begin, end in found.definitions:
+            self._define(opcode, bytes(content[begin:end]))
+        channels, numbers = np.unique(found.channels, return_counts=True)
+        for channel, number in zip(channels.tolist(), numbers.tolist(), strict=True):
+            self.counts[channel] = self.counts.get(channel, 0) + number
+            if channel not in self._definitions.channels:
+                self.report(f'{self.path}: messages of channel {channel}, which is not defined, '
+                            'were left out')
+        return Batch(content, found)
+
+    def _check_counts(self) -> None:
+        """Report a summary that does not fit what is in the file."""
+        stated = self.summary and self.summary.statistics
+        if not stated:
+            return
+        counted = {channel: number for channel, number in self.counts.items() if number}
+        listed = {channel: number for channel, number in stated.channel_message_counts.items()
+                  if number}
+        if sum(counted.values()) != stated.message_count or (listed and listed != counted):
+            self.report(f'{self.path}: holds {sum(counted.values())} messages; its statistics '
+                        f'say {stated.message_count}')
+
+    def _gathered(self) -> Iterator[list[bytes]]:
+        """Yield contents of chunks, several together up to BATCH_SIZE."""
+        gathered: list[bytes] = []
+        size = 0
+        for content in self._contents():
+            gathered.append(content)
+            size += len(content)
+            if size >= BATCH_SIZE:
+                yield gathered
+                gathered, size = [], 0
+        if gathered:
+            yield gathered
+
+    def _contents(self) -> Iterator[bytes]:
+        """Yield rows of whole message and definition records: chunks, and what stands outside."""
+        loose = bytearray()
+        chunked = stray = False
+        proof, start = proof_of_data(self.path, self.summary, self.report)
+        allowed = ALLOWANCE + MAX_RATIO * self.size
+        for opcode, record in data_records(
+                self.path, self.size, self.summary, proof is False, self.report, start):
+            if opcode == Opcode.MESSAGE and chunked:
+                stray = True
+            elif opcode == Opcode.MESSAGE:
+                loose += record
+                if len(loose) > BATCH_SIZE:
+                    yield bytes(loose)
+                    loose = bytearray()
+            elif opcode == Opcode.CHUNK:
+                chunked, stray, loose = True, stray or bool(loose), bytearray()
+                try:
+                    content = open_chunk(record[FRAME.size:], str(self.path),
+                                         min(allowed, MAX_RECORD), check=proof is not True)
+                except BagProblem as problem:
+                    self.report(f'{problem}; it was left out')
+                    continue
+                allowed -= len(content)
+                yield content
+            else:
+                self._other(opcode, bytes(record[FRAME.size:]))
+        if loose:
+            yield bytes(loose)
+        if stray:  # writers use chunks or do not: these are records whose kind was damaged
+            self.report(f'{self.path}: messages outside of the chunks were left out')
+
+    def _define(self, opcode: int, content: bytes) -> None:
+        try:
+            self._definitions.add(opcode, content)
+        except BagProblem as problem:
+            self.report(str(problem))
+
+    def _other(self, opcode: int, content: bytes) -> None:
+        """Take over or check a record that is neither a message nor a chunk."""
+        source = str(self.path)
+        try:
+            if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self._definitions.add(opcode, content)
+            elif opcode == Opcode.METADATA:
+                record = parse_record(Metadata, content, source)
+                if (record.name, record.metadata) not in self.metadata:
+                    self.metadata.append((record.name, record.metadata))
+            elif opcode == Opcode.HEADER:
+                parse_record(Header, content, source)
+            elif opcode == Opcode.MESSAGE_INDEX:
+                if len(content) < 6 or int.from_bytes(content[2:6], 'little') != len(content) - 6:
+                    raise BagProblem(f'{source}: a damaged message index')
+            elif opcode == Opcode.ATTACHMENT:
+                pass
+            else:
+                raise BagProblem(f'{source}: a record of kind {opcode:#04x} among the data')
+        except BagProblem as problem:
+            self.report(str(problem))

@@ -1,0 +1,80 @@
+"""The answer to a state, and the controller's condition in words and numbers."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.control.execution import Timeline
+from ur5_ros.control.tool_motion import singularity_distance
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import ArmState, Reference, Torque
+
+WAITING = 'waiting for states'
+HOLDING = 'holding'
+MOVING = 'moving'
+REFUSED = 'refused'
+STOPPED = 'stopped by a limit'
+
+
+class Answer(NamedTuple):
+    """The answer to one state."""
+
+    stamp: int
+    """Stamp of the state answered [ns]."""
+    parts: np.ndarray
+    """What to send and its parts, rows as :class:`ur5_ros.signals.Torque` names them, (5, 6)."""
+    reference: Reference
+    """What the arm should have done at this stamp."""
+    status: str
+    """The state of the controller in words."""
+    limited: str
+    """'' or the limits that scaled the torque: 'effort', 'rate' or 'effort, rate'."""
+
+    @property
+    def torque(self) -> Torque:
+        """What to send, and its parts, by name [N m]."""
+        return Torque(*self.parts)
+
+
+def describe(
+    answer: Answer | None,
+    state: ArmState | None,
+    timeline: Timeline,
+    arm: ArmParameters,
+) -> dict[str, Any]:
+    """
+    Return the numbers that belong to the state answered last.
+
+    Parameters
+    ----------
+    answer : Answer or None
+        None before the first state.
+    state : ArmState or None
+        The last state believed.
+    timeline : Timeline
+        The motion that is on.
+    arm : ArmParameters
+        The law's arm.
+
+    Returns
+    -------
+    dict
+        Stamp [ns], chosen inverse-kinematics branch, number of candidates and least distance to
+        singularity on the way (0 to 1), that of the arm now, largest joint error [rad], time left
+        of the motion [s], limits that act.
+
+    """
+    if answer is None or state is None:
+        return {'stamp': 0}
+    branch = timeline.branch
+    left = timeline.start + timeline.motion.duration - answer.stamp
+    return {
+        'stamp': answer.stamp,
+        'ik_branch': '' if branch is None else branch.name,
+        'ik_candidates': 0 if branch is None else branch.candidates,
+        'ik_singularity_distance': 1.0 if branch is None else branch.singularity,
+        'singularity_distance': float(singularity_distance(state.q, arm)),
+        'largest_error': float(np.abs(state.q - answer.reference.q).max()),
+        'seconds_left': max(0, left) / 1e9,
+        'torque_limited': answer.limited,
+    }

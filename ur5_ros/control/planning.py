@@ -1,0 +1,255 @@
+"""From what a user asks for to the motion that does it, or the reason why not."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.control.cartesian_path import speed_path, stamped_path
+from ur5_ros.control.experiment import ExperimentMotion
+from ur5_ros.control.joint_trajectory import TrajectoryPoint, check_points, joint_spline
+from ur5_ros.control.point_to_point import point_to_point, smooth_stop
+from ur5_ros.control.settings import Settings
+from ur5_ros.control.targets import in_base, joint_order, joint_values, solve_pose
+from ur5_ros.control.tool_motion import Branch, tool_motion
+from ur5_ros.control.trajectory import SECOND, InSequence, Motion
+from ur5_ros.errors import Refusal
+from ur5_ros.signals import Reference
+
+#: Paths have at most this many control periods [count].
+_LONGEST_PATH = 500_000
+
+
+class Plan(NamedTuple):
+    """A motion about to begin, and how it was chosen."""
+
+    motion: Motion
+    """Time 0 = the state answered last."""
+    branch: Branch | None = None
+    """Inverse-kinematics branch, where one was chosen."""
+
+
+def plan_joints(
+    settings: Settings,
+    start: Reference,
+    names: Sequence[str],
+    positions: Sequence[float],
+) -> Plan:
+    """
+    Return the jerk-limited motion to joint positions.
+
+    Parameters
+    ----------
+    settings : Settings
+        Arm and limits.
+    start : Reference
+        Where it takes over.
+    names : sequence of str
+        Joint names, in any order.
+    positions : sequence of float
+        Manufacturer's angles [rad].
+
+    Returns
+    -------
+    Plan
+        The motion.
+
+    Raises
+    ------
+    Refusal
+        If names or positions are wrong, or a joint would go beyond a limit.
+
+    """
+    target = joint_values('positions', positions, joint_order(names, settings.prefix))
+    return Plan(point_to_point(start, target, settings.motion_limits, settings.arm))
+
+
+def plan_pose(settings: Settings, start: Reference, pose: np.ndarray, frame: str) -> Plan:
+    """
+    Return the jerk-limited joint motion to a tool pose, on the nearest branch.
+
+    Parameters
+    ----------
+    settings : Settings
+        Arm and limits.
+    start : Reference
+        Where it takes over.
+    pose : numpy.ndarray, shape (4, 4)
+        Wanted pose.
+    frame : str
+        ``base`` or ``base_link``.
+
+    Returns
+    -------
+    Plan
+        The motion.
+
+    Raises
+    ------
+    Refusal
+        If the frame is unknown, the pose out of reach, too far for ``max_joint_jump``, or a joint
+        would go beyond a limit.
+
+    """
+    q, branch = solve_pose(in_base(pose, frame, settings.prefix), start.q, settings.arm,
+                           settings.max_joint_jump)
+    return Plan(point_to_point(start, q, settings.motion_limits, settings.arm), branch)
+
+
+def plan_trajectory(
+    settings: Settings,
+    start: Reference,
+    names: Sequence[str],
+    points: Sequence[TrajectoryPoint],
+    stamp: int,
+    now: int,
+) -> Plan:
+    """
+    Return the motion of a joint trajectory, by the joint_trajectory_controller's rules.
+
+    Parameters
+    ----------
+    settings : Settings
+        Arm and limits.
+    start : Reference
+        Where it takes over.
+    names : sequence of str
+        Joint names, in any order.
+    points : sequence of TrajectoryPoint
+        In the order of the names.
+    stamp : int
+        When it starts [ns]; 0 = now.
+    now : int
+        Stamp of the state answered last [ns].
+
+    Returns
+    -------
+    Plan
+        The motion.
+
+    Raises
+    ------
+    Refusal
+        See :func:`~ur5_ros.control.joint_trajectory.check_points` and
+        :func:`~ur5_ros.control.joint_trajectory.joint_spline`.
+
+    """
+    order = joint_order(names, settings.prefix)
+    check_points(points, len(order), stamp, now, settings.allow_nonzero_end_velocity)
+    return Plan(joint_spline(points, order, start, stamp - now if stamp else 0, settings.arm))
+
+
+def plan_path(
+    settings: Settings,
+    start: Reference,
+    poses: np.ndarray,
+    times: Sequence[int],
+    frame: str,
+) -> Plan:
+    """
+    Return the motion to the first pose of a path and along its straight lines.
+
+    Parameters
+    ----------
+    settings : Settings
+        Arm, limits, tool speed, singularity margin.
+    start : Reference
+        Where it takes over.
+    poses : numpy.ndarray, shape (n, 4, 4)
+        Tool poses to pass.
+    times : sequence of int
+        Their stamps [ns]: differences count, the path begins when its first pose is reached; all
+        equal = timed by ``tool_speed``.
+    frame : str
+        ``base`` or ``base_link``.
+
+    Returns
+    -------
+    Plan
+        The motion.
+
+    Raises
+    ------
+    Refusal
+        If a pose is wrong, stamps do not increase, or a sample is out of reach, near a
+        singularity, off the branch or beyond a joint limit.
+
+    """
+    poses = in_base(poses, frame, settings.prefix)
+    if len(poses) < 2:
+        raise Refusal(f'the path has {len(poses)} poses; give two or more, or use ~/target_pose')
+    if len(times) not in (0, len(poses)):
+        raise Refusal(f'{len(times)} stamps for {len(poses)} poses; give one each, or none')
+    if len(set(times)) <= 1:
+        lines, duration = speed_path(poses, settings.tool_speed)
+    else:
+        lines = stamped_path(poses, np.array([(time - times[0]) / SECOND for time in times]))
+        duration = (times[-1] - times[0]) / SECOND
+    if duration * settings.control_rate > _LONGEST_PATH:
+        raise Refusal(f'the path takes {duration:.1f} s; at {settings.control_rate} Hz at most '
+                      f'{_LONGEST_PATH / settings.control_rate:.0f} s are followed: send it in '
+                      'parts')
+    motion, branch = tool_motion(lines, duration, settings.control_rate, start.q, settings.arm,
+                                 settings.singularity_margin)
+    begin = motion.at(0).q
+    jump = np.abs(begin - start.q)
+    if jump.max() > settings.max_joint_jump:
+        raise Refusal(f'joint {int(jump.argmax()) + 1} would have to turn by {jump.max():.4f} rad '
+                      f'to the first pose; max_joint_jump is {settings.max_joint_jump:g}')
+    approach = point_to_point(start, begin, settings.motion_limits, settings.arm)
+    return Plan(InSequence(approach, motion, settings.control_rate), branch)
+
+
+def plan_experiment(
+    settings: Settings,
+    start: Reference,
+    experiment: ExperimentMotion | None,
+) -> Plan:
+    """
+    Return the motion to where an experiment begins, and the experiment.
+
+    Parameters
+    ----------
+    settings : Settings
+        Arm and limits.
+    start : Reference
+        Where it takes over.
+    experiment : ExperimentMotion or None
+        The experiment made ready at the start.
+
+    Returns
+    -------
+    Plan
+        The motion.
+
+    Raises
+    ------
+    Refusal
+        If there is none.
+
+    """
+    if experiment is None:
+        raise Refusal('no experiment is set; start the node with the parameter experiment')
+    begin = experiment.motion.at(0)
+    approach = point_to_point(start, begin.q, settings.motion_limits, settings.arm, begin.qd)
+    return Plan(InSequence(approach, experiment.motion, settings.control_rate), experiment.branch)
+
+
+def plan_stop(settings: Settings, start: Reference) -> Plan:
+    """
+    Return the motion that brings the reference to rest.
+
+    Parameters
+    ----------
+    settings : Settings
+        Limits.
+    start : Reference
+        Where it takes over.
+
+    Returns
+    -------
+    Plan
+        The motion.
+
+    """
+    return Plan(smooth_stop(start, settings.motion_limits))

@@ -1,0 +1,1 @@
+"""The node processes of `ur5 demo`."""

@@ -1,0 +1,93 @@
+"""
+The usual run in few calls: PyBullet and the compiled law, checked when it is over.
+
+Whoever asks for another law, touches a limit or moves otherwise than the experiment says gets
+None and takes the long way through Plant and Controller; the bits are the same either way.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import States
+from ur5_ros.config.experiments import load_experiment
+from ur5_ros.control import law_kernel
+from ur5_ros.control.experiment import experiment_motion
+from ur5_ros.control.settings import settings_from
+from ur5_ros.loop.loop_run import LoopRun
+from ur5_ros.loop.rollout_engine import FastPlant, Passage
+from ur5_ros.loop.run_config import Plan, arm_named
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import Reference, stamp_of_period
+from ur5_ros.sim.limits import check_initial_state
+
+#: What the short way leaves to the long one: the value that each parameter has to have.
+_SIM_PLAIN = {'effort_convention': 'total', 'gui': False}
+_CONTROL_PLAIN = {'effort_convention': 'total', 'mode': 'computed_torque', 'autostart': True,
+                  'torque_rate_limit': 0.0}
+#: Where these are not zero the encoders tell something else than the truth.
+_IMPERFECT = ('delay.state_periods', 'noise.position', 'noise.velocity')
+
+
+def fast_lane(plan: Plan) -> LoopRun | None:
+    """
+    Return the run of a plan, or None where it is not a usual one.
+
+    Parameters
+    ----------
+    plan : Plan
+        Parameters of both sides.
+
+    Raises
+    ------
+    Refusal
+        As :class:`~ur5_ros.sim.plant.Plant` and :class:`~ur5_ros.control.controller.Controller`.
+
+    """
+    sim, control = plan.sim, plan.control
+    if any(sim[key] != value for key, value in _SIM_PLAIN.items()) or any(
+            control[key] != value for key, value in _CONTROL_PLAIN.items()):
+        return None
+    if not control['experiment']:
+        return None
+    sim_arm, arm = arm_named(sim['arm']), arm_named(control['arm'])
+    rate = sim['control_rate']
+    stamp, table = _table(control['experiment'], control['arm'], rate,
+                          control['singularity_margin'])
+    if plan.periods > len(stamp):
+        return None
+    settings = settings_from(control, arm, rate)  # refuses what cannot run
+    check_initial_state(sim_arm, sim['initial_positions'])
+    stamp, table = stamp[:plan.periods], Reference(*(part[:plan.periods] for part in table))
+    passage = FastPlant(plan, sim_arm).run(settings, table)
+    if passage is None or not _within_limits(passage, sim_arm):
+        return None
+    states = passage.states[::sim['physics_rate'] // rate]
+    effort = np.vstack([np.zeros((1, 6)), passage.effort])
+    exact = not any(sim[key] for key in _IMPERFECT)
+    return LoopRun(plan, sim_arm, arm, stamp, passage.seen[:, :6], passage.seen[:, 6:],
+                   effort[passage.late],
+                   None if exact else States(states[:, :6], states[:, 6:], effort),
+                   passage.torque, table, passage.events)
+
+
+def _within_limits(passage: Passage, arm: ArmParameters) -> bool:
+    """Tell whether nothing came near what the plant would have acted upon."""
+    q, qd, limits = passage.states[:, :6], np.abs(passage.states[:, 6:]), arm.limits
+    return bool(((limits.lower <= q) & (q <= limits.upper) & (qd <= limits.velocity)).all()
+                and (np.abs(passage.torque[:, law_kernel.TOTAL]) <= limits.effort).all())
+
+
+@lru_cache(maxsize=32)
+def _table(experiment: str, arm: str, control_rate: int,
+           margin: float) -> tuple[np.ndarray, Reference]:
+    """Return stamp and reference of every period of an experiment, from state 1 on."""
+    motion = experiment_motion(load_experiment(experiment), arm_named(arm), control_rate,
+                               margin).motion
+    first = stamp_of_period(1, control_rate)
+    stamps, rows, k = [], [], 1
+    while (stamp := stamp_of_period(k, control_rate)) - first <= motion.duration:
+        stamps.append(stamp)
+        rows.append(motion.at(stamp - first))
+        k += 1
+    return np.array(stamps), Reference(*np.moveaxis(np.array(rows), 1, 0).copy())

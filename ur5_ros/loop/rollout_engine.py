@@ -1,0 +1,192 @@
+"""The plant of a usual run: what Plant does, to the bit, as long as nothing touches a limit."""
+
+import struct
+import threading
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.control.law_kernel import TOTAL
+from ur5_ros.control.ordinary import OrdinaryPeriods
+from ur5_ros.control.settings import Settings
+from ur5_ros.control.takeover import START_DISTANCE
+from ur5_ros.loop.run_config import Plan
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import Reference, stamp_of_period
+from ur5_ros.sim.bullet_arm import BulletArm
+from ur5_ros.sim.events import Event, event
+from ur5_ros.sim.fallback import fallback_torque
+from ur5_ros.sim.integrator import NOBODY, Joints, Scheme
+from ur5_ros.sim.payload import loaded_arm
+from ur5_ros.sim.plant_parameters import Conditions
+from ur5_ros.sim.sensing import Noise
+
+#: Bodies loaded into one world; PyBullet forgets some four thousand bytes of each.
+_MOST_LOADS = 200
+
+_here = threading.local()
+_write = struct.Struct('12d').pack_into
+_ROW = 12 * 8  # bytes of q, qd
+
+
+class Passage(NamedTuple):
+    """What happened in a run of n periods."""
+
+    states: np.ndarray
+    """q, qd at the beginning and after every physics step, 12 columns."""
+    late: np.ndarray
+    """The period whose state each period told, counted from 0, shape (n,)."""
+    seen: np.ndarray
+    """q, qd as the encoders told them, shape (n, 12)."""
+    effort: np.ndarray
+    """What acted from each period to the next [N m], shape (n - 1, 6)."""
+    torque: np.ndarray
+    """The law's answers with their parts [N m], shape (n, 5, 6)."""
+    events: tuple[Event, ...]
+
+
+class FastPlant:
+    """
+    An arm at its initial state, for one run.
+
+    Parameters
+    ----------
+    plan : Plan
+        Parameters of both sides.
+    arm : ArmParameters
+        The simulator's arm.
+
+    """
+
+    def __init__(self, plan: Plan, arm: ArmParameters) -> None:
+        self._sim, self._arm, self._periods = plan.sim, arm, plan.periods
+        self._substeps = plan.sim['physics_rate'] // plan.sim['control_rate']
+        self._delay = min(plan.sim['delay.command_periods'], plan.periods - 1)
+        self._effects = Conditions(plan.sim).effects(arm)
+        scheme = Scheme(self._effects, 1.0 / plan.sim['physics_rate'])
+        self._scheme = None if scheme.none else scheme
+
+    def run(self, settings: Settings, table: Reference) -> Passage | None:
+        """
+        Return what plant and law do to each other; None where the long way has to tell.
+
+        Parameters
+        ----------
+        settings : Settings
+            The law's.
+        table : Reference
+            What it follows, a row a period.
+
+        """
+        periods, delay, law = self._periods, self._delay, OrdinaryPeriods(settings)
+        states = np.empty(((periods - 1) * self._substeps + 1, 12))
+        states[0] = [*self._sim['initial_positions'], *self._sim['initial_velocities']]
+        told = _Told(self._sim, states[::self._substeps])
+        if not law.possible or np.abs(told.first[:6] - table.q[0]).max() > START_DISTANCE:
+            return None
+        torque, effort = np.empty((periods, 5, 6)), np.empty((periods - 1, 6))
+        try:
+            if not self._go_round(law, table, states, told, torque, effort):
+                return None
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return None
+        effort[delay:] = torque[:periods - 1 - delay, TOTAL]
+        return Passage(states, told.late, told.seen(), effort, torque, self._events())
+
+    def _go_round(self, law: OrdinaryPeriods, table: Reference, states: np.ndarray,
+                  told: '_Told', torque: np.ndarray, effort: np.ndarray) -> bool:
+        """Fill the arrays, the effort as far as no command acts; tell whether all was usual."""
+        bullet, scheme, delay, last = self._world(), self._scheme, self._delay, self._periods - 1
+        advance, answer, substeps = bullet.stepper(), law.compute, range(self._substeps)
+        given, commands, at, before = law.given, torque[:, TOTAL], 0, None
+        values, page = tuple(states[0].tolist()), states.data.cast('B')
+        for k, (row, true, noise, wanted, out) in enumerate(
+                zip(*told.rows(), zip(*table, strict=True), torque, strict=True)):
+            if noise is not None:
+                np.add(true, noise, out=row)
+            q = row[:6]
+            if answer(q, row[6:], q if before is None else before, *wanted, *given, out):
+                return False
+            if k == last:
+                break
+            before = q
+            if k < delay:
+                effort[k] = acting = self._fall_back(bullet, values)
+            else:
+                acting = commands[k - delay]
+            tau = acting.tolist()
+            for _ in substeps:
+                if scheme is not None:
+                    joints = Joints([*values[:6]], [*values[6:]])
+                    tau, held = scheme.engine_torque(bullet, joints, acting)
+                    if held is not NOBODY:
+                        return False
+                values = advance(tau)
+                at += _ROW
+                _write(page, at, *values)
+        return True
+
+    def _fall_back(self, bullet: BulletArm, values: tuple[float, ...]) -> np.ndarray:
+        """Return the torque of a period in which no command has come yet [N m]."""
+        return fallback_torque(self._sim['fallback'], bullet, Joints([*values[:6]], [*values[6:]]),
+                               self._effects, np.array(self._arm.limits.effort),
+                               self._substeps / self._sim['physics_rate'])
+
+    def _events(self) -> tuple[Event, ...]:
+        """Return what Plant tells: a fallback until the first command comes."""
+        mode, rate, told = self._sim['fallback'], self._sim['control_rate'], []
+        if self._delay > 0:
+            told.append(event(stamp_of_period(1, rate), 'fallback', f'{mode} acts', mode=mode,
+                              active=True))
+        if 0 < self._delay < self._periods - 1:
+            told.append(event(stamp_of_period(self._delay + 1, rate), 'fallback',
+                              f'{mode} gives way to a command', mode=mode, active=False))
+        return tuple(told)
+
+    def _world(self) -> BulletArm:
+        """Return this thread's world with the bodies in it, at the initial state."""
+        sim = self._sim
+        gravity = list(sim['gravity']) or self._arm.gravity.tolist()
+        load = sim['arm'], sim['payload.mass'], sim['payload.com'], gravity
+        bullet, loaded, rate, loads = getattr(_here, 'world', (None, None, None, 0))
+        if bullet is None or rate != sim['physics_rate'] or loaded != load:
+            _here.world = (None, None, None, 0)
+            arm = loaded_arm(self._arm, sim['payload.mass'], sim['payload.com'])
+            if bullet is not None and rate == sim['physics_rate'] and loads < _MOST_LOADS:
+                bullet.load(arm, gravity)  # opening a world takes longer
+            else:
+                if bullet is not None:
+                    bullet.close()
+                bullet, loads = BulletArm(arm, np.array(gravity), 1.0 / sim['physics_rate']), 0
+            _here.world = bullet, load, sim['physics_rate'], loads + 1
+        bullet.place(sim['initial_positions'], sim['initial_velocities'])
+        return bullet
+
+
+class _Told:
+    """What the encoders tell: states of some periods before, with noise, or exactly."""
+
+    def __init__(self, sim: Mapping[str, Any], states: np.ndarray) -> None:
+        self._states, delay = states, sim['delay.state_periods']
+        periods = np.arange(len(states))
+        self.late = np.maximum(periods - delay, 0) if delay else periods
+        spread = np.repeat([sim['noise.position'], sim['noise.velocity']], 6)
+        self._noise = self._seen = None
+        if spread.any():
+            draw, seed = Noise().of_period, sim['seed']
+            self._noise = spread * np.array([draw(seed, k + 1) for k in self.late.tolist()])
+            self._seen = np.empty_like(self._noise)
+        self.first = states[0] if self._noise is None else states[0] + self._noise[0]
+
+    def rows(self) -> tuple[Iterable, Iterable, Iterable]:
+        """Return row to tell, state and noise of each period; the row is the state without."""
+        true = list(self._states)
+        true = [true[k] for k in self.late.tolist()]
+        if self._noise is None:
+            return true, true, [None] * len(true)
+        return self._seen, true, self._noise
+
+    def seen(self) -> np.ndarray:
+        """Return what was told, shape (n, 12)."""
+        return self._states[self.late] if self._seen is None else self._seen

@@ -1,0 +1,106 @@
+"""Whole turns: the same pose with joints 2 pi further, as far as the limits let them."""
+
+from itertools import product
+
+import numpy as np
+
+from ur5_ros.errors import Refusal
+from ur5_ros.model.kernels.arguments import finite_array
+from ur5_ros.model.parameters import ArmParameters, Limits
+
+TURN = 2.0 * np.pi
+
+
+def turns_within_limits(
+    q: np.ndarray, arm: ArmParameters, limits: Limits | None = None,
+) -> np.ndarray:
+    """
+    Return all configurations that differ from one by whole turns and keep the limits.
+
+    Parameters
+    ----------
+    q : array_like, shape (6,)
+        A configuration, angles of the arm record [rad].
+    arm : ArmParameters
+        The arm.
+    limits : Limits, optional
+        Position limits in the manufacturer's angles (``arm.angle_offset`` is added here); those
+        of the arm by default.  A joint without limits keeps the angle that it has.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 6)
+        At most 64 for limits of +-2 pi; none where the limits exclude the configuration.
+
+    Raises
+    ------
+    Refusal
+        If ``q`` has another shape or holds a number that is not finite.
+
+    """
+    q = finite_array('q', q, (6,))
+    lower, upper = limits_of_model(arm, limits)
+    choices = []
+    for angle, least, most in zip(q, *turns_allowed(q, lower, upper), strict=True):
+        if np.isfinite(least) and np.isfinite(most):
+            choices.append([angle + TURN * k for k in range(int(least), int(most) + 1)])
+        else:
+            choices.append([angle + TURN * np.clip(0.0, least, most)])
+    return np.clip(np.array(list(product(*choices))).reshape(-1, 6), lower, upper)
+
+
+def limits_of_model(arm: ArmParameters, limits: Limits | None) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the position limits in the angles of the arm record.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        The arm.
+    limits : Limits or None
+        Limits in the manufacturer's angles; those of the arm where none are given.
+
+    Returns
+    -------
+    lower, upper : numpy.ndarray, shape (6,)
+        Limits plus ``arm.angle_offset`` [rad].
+
+    Raises
+    ------
+    Refusal
+        If the limits are not six numbers each, or a lower one is above the upper.
+
+    """
+    limits = arm.limits if limits is None else limits
+    for name in ('lower', 'upper'):
+        value = np.asarray(getattr(limits, name), dtype=float)
+        if value.shape != (6,) or np.isnan(value).any():
+            raise Refusal(f'limits.{name} is {value.tolist()}; give six numbers [rad], infinite '
+                          'where nothing limits')
+    if np.any(limits.lower > limits.upper):
+        joint = int(np.argmax(limits.lower > limits.upper))
+        raise Refusal(f'limits of joint {joint + 1} are {limits.lower[joint]} to '
+                      f'{limits.upper[joint]} rad; the lower must not be above the upper')
+    return limits.lower + arm.angle_offset, limits.upper + arm.angle_offset
+
+
+def turns_allowed(
+    q: np.ndarray, lower: np.ndarray, upper: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the least and the most turns that keep each joint within limits.
+
+    Parameters
+    ----------
+    q : numpy.ndarray, shape (..., 6)
+        Joint positions [rad].
+    lower, upper : numpy.ndarray, shape (6,)
+        Limits in the same angles, 1e-9 rad taken as rounding.
+
+    Returns
+    -------
+    least, most : numpy.ndarray, shape (..., 6)
+        Whole numbers, infinite without limits; least > most where no turn helps.
+
+    """
+    return np.ceil((lower - 1e-9 - q) / TURN), np.floor((upper + 1e-9 - q) / TURN)

@@ -1,0 +1,1 @@
+"""What Numba compiles: the formulas of the model on plain numbers, and how they are compiled."""

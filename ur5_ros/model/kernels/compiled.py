@@ -1,0 +1,208 @@
+"""Compiled kernels: compiled at first use, kept on disk where possible, threaded when large."""
+
+import inspect
+import os
+import threading
+from collections.abc import Callable, Sequence
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numba import int64, njit, types
+from numba.core.caching import FunctionCache
+
+try:
+    from numba.core.runtime import rtsys
+except ImportError:  # not public: it may go
+    rtsys = None
+
+from ur5_ros.model.kernels.base_parameters import SIZE
+
+#: Argument types of kernels: inputs may be read-only (R) and outputs are written (W).
+R1 = types.Array(types.float64, 1, 'C', readonly=True)
+R2 = types.Array(types.float64, 2, 'C', readonly=True)
+W1 = types.Array(types.float64, 1, 'C')
+W2 = types.Array(types.float64, 2, 'C')
+B1 = types.Array(types.boolean, 1, 'C')
+
+#: From this many states on the lock is released and the work is shared among threads.
+LARGE = 1024
+
+#: What helper functions of kernels are compiled with: fused multiply-add is allowed.
+inlined = njit(fastmath={'contract'}, error_model='numpy', forceinline=True)
+
+_COMPILING = threading.RLock()
+_most_threads = 0
+
+
+class Kernel:
+    """
+    A function over flat arrays of states, compiled at its first use.
+
+    ``single`` is the compiled function that keeps the interpreter lock (it takes less time than
+    handing the lock over) and raises ``TypeError`` for arguments of other types, as well as
+    before it is compiled: callers then go through :meth:`run`, which compiles.
+
+    """
+
+    def __init__(self, function: Callable[..., int], argument_types: Sequence[types.Type]):
+        self._function = function
+        self._signature = int64(*argument_types)
+        self._side_by_side: Callable[..., int] | None = None
+        self._many: Callable[..., int] | None = None
+        self._ready = False
+        self.single: Callable[..., int] = _not_compiled
+
+    def side_by_side(self, function: Callable[..., int]) -> Callable[..., int]:
+        """Register the form for many states; it gets the constants ``k`` as a tuple."""
+        self._side_by_side = function
+        return function
+
+    def prepare(self) -> None:
+        """Compile, or load from the cache, what a single call needs."""
+        with _COMPILING:
+            if not self._ready:
+                self.single = _compile(self._function, self._signature, nogil=False)
+                self._ready = True
+
+    def run(self, count: int, inputs: Sequence[np.ndarray], shared: Sequence[Any],
+            outputs: Sequence[np.ndarray]) -> int:
+        """
+        Apply the kernel to ``count`` states, on all processors if they are many.
+
+        Parameters
+        ----------
+        count : int
+            Number of states.
+        inputs, outputs : sequence of numpy.ndarray
+            C-contiguous arrays whose first axis is a multiple of ``count`` long.
+        shared : sequence
+            Arguments between inputs and outputs that all states share.
+
+        Returns
+        -------
+        int
+            The largest code that the kernel returned; 0 where all went well.
+
+        """
+        if count < LARGE:
+            self.prepare()
+            return self.single(*inputs, *shared, *outputs)
+        many, workers = self._prepare_many(), _processors()
+        if self._side_by_side:
+            # constants in an array might be overwritten by results: the compiler must see not
+            shared = [tuple(x.tolist()) for x in shared]
+        edges = [count * i // workers for i in range(workers + 1)]
+        codes = [0] * workers
+
+        def work(i: int) -> None:
+            def part(x):
+                return x[len(x) // count * edges[i]:len(x) // count * edges[i + 1]]
+            codes[i] = many(*map(part, inputs), *shared, *map(part, outputs))
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(1, workers)]
+        for thread in threads:
+            thread.start()
+        work(0)
+        for thread in threads:
+            thread.join()
+        return max(codes)
+
+
+    def _prepare_many(self) -> Callable[..., int]:
+        with _COMPILING:
+            if self._many is None:
+                function, signature = self._function, self._signature
+                if self._side_by_side:
+                    function = self._side_by_side
+                    place = list(inspect.signature(function).parameters).index('k')
+                    argument_types = list(signature.args)
+                    argument_types[place] = types.UniTuple(types.float64, SIZE)
+                    signature = int64(*argument_types)
+                self._many = _compile(function, signature, nogil=True)
+            return self._many
+
+
+def kernel(*argument_types: types.Type) -> Callable[[Callable[..., int]], Kernel]:
+    """Declare a function as a :class:`Kernel` with these argument types, returning an int."""
+    return lambda function: Kernel(function, argument_types)
+
+
+class _SourceCache(FunctionCache):
+    """
+    Numba's cache on disk, also keyed by the text of all files of the model that are compiled.
+
+    Numba looks at the file of the kernel alone, not at the files of the functions it calls.  And
+    before it looks for a kept function it declares all of NumPy to its compiler (and loads SciPy
+    where there is one), which takes a quarter of a second and is of use only for compiling.
+    """
+
+    def __init__(self, function: Callable[..., int], options: str):
+        super().__init__(function)
+        self._options = options
+
+    def load_overload(self, signature, context):
+        if rtsys is None:
+            return super().load_overload(signature, context)
+        rtsys.initialize(context)  # all of the declarations that compiled code refers to
+        return self._load_overload(signature, context)  # otherwise Numba compiles, and declares
+
+    def _index_key(self, signature, codegen):
+        return (super()._index_key(signature, codegen), self._options, _sources())
+
+
+def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Callable[..., int]:
+    def new() -> Any:
+        return njit(nogil=nogil, fastmath={'contract'}, error_model='numpy')(function)
+
+    dispatcher = new()
+    try:
+        dispatcher._cache = _SourceCache(function, f'nogil={nogil}')
+        dispatcher.compile(signature)
+    except Exception:  # no folder can be written, the disk is full, a kept file is damaged
+        dispatcher = new()
+        dispatcher.compile(signature)
+    dispatcher.disable_compile()
+    return dispatcher
+
+
+@cache
+def _sources() -> str:
+    digest = sha256()
+    for path in sorted(Path(__file__).parent.glob('*.py')):
+        text = path.read_bytes()
+        if path.name in ('compiled.py', 'lumped.py') or b'\n@inlined' in text or (
+                b'\n@kernel' in text):
+            digest.update(text)
+    return digest.hexdigest()
+
+
+def limit_threads(number: int) -> None:
+    """
+    Let many states be shared among at most so many threads of this process.
+
+    For a process that is one of several at work, as many as there are processors; the results
+    do not depend on it.
+
+    Parameters
+    ----------
+    number : int
+        Threads; 0 = as many as there are processors, which is how it begins.
+
+    """
+    global _most_threads
+    _most_threads = number
+
+
+def _processors() -> int:
+    if _most_threads:
+        return _most_threads
+    if hasattr(os, 'sched_getaffinity'):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _not_compiled(*_: Any) -> int:
+    raise TypeError('not compiled yet')

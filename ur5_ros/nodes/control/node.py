@@ -1,0 +1,209 @@
+"""The node ``ur5_control``: states in, computed torque out."""
+
+import time
+from typing import Any
+
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from ur5_ros.bag.description import describe
+from ur5_ros.bag.fingerprint import fingerprint
+from ur5_ros.bag.run_folders import new_run_name
+from ur5_ros.cdr.diagnostics import ERROR
+from ur5_ros.config import CONTROL_PARAMETERS, arm_text
+from ur5_ros.control.controller import Controller
+from ur5_ros.errors import Refusal
+from ur5_ros.nodes.control.cycle import Answering
+from ur5_ros.nodes.control.inputs import ControlInputs
+from ur5_ros.nodes.control.services import offer_services
+from ur5_ros.nodes.control.topics import ControlOutputs
+from ur5_ros.nodes.ros.background_executor import LoopRequests, look_around
+from ur5_ros.nodes.ros.diagnostics import EverySecond, Refusals, Throttle
+from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
+from ur5_ros.nodes.ros.parameters import check_sections, declare
+from ur5_ros.nodes.ros.process import DONE, LOSS, fault, freeze_garbage
+from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
+from ur5_ros.nodes.ros.shutdown import StopRequest
+from ur5_ros.nodes.ros.topics import HOT, KEPT, Topics, deaf_to, make_loop
+
+#: Longest wait before signals, services and the watchdog are looked at [s].
+GLANCE = 0.05
+#: Wall time after the first state in which a run may still be named [s].
+NAMING_TIME = 5.0
+
+
+class Steering:
+    """
+    The controller on its topics.
+
+    Parameters
+    ----------
+    files : mapping
+        Parameter files by path, as read.
+    stop : StopRequest
+        Asks it to end.
+
+    """
+
+    def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
+        self.node = Node('ur5_control')
+        check_sections(files, self.node.get_fully_qualified_name())
+        self.parameters = declare(self.node, CONTROL_PARAMETERS)
+        self._stop = stop
+        refuse_folder(self.parameters['bag'])
+        self._logger = self.node.get_logger()
+        controller = Controller(self.parameters)  # compiles and plans, before anything is heard
+        self.recording = Recording(
+            self.parameters['bag'], 'control', self.parameters['max_bagfile_duration'],
+            self.parameters['max_bagfile_size'])
+        loop = make_loop(self.node, self.parameters['hot_loop'])
+        self._wait = loop.wait
+        self.requests = LoopRequests(loop.wake)
+        topics = self._topics = Topics(self.node, loop, self.recording)
+        self._names = topics.names
+        self.outputs = ControlOutputs(
+            self.node, topics, self.recording, self.parameters, controller.arm.name)
+        self.refusals = Refusals(self._logger.warning)
+        self.answering = Answering(
+            controller, self.outputs, self.recording, self.parameters, self._logger,
+            self._begin_anew)
+        self.inputs = ControlInputs(topics, self.recording, self.answering, self.parameters)
+        self._heard: dict[int, tuple[str, int, Any]] = dict(self.inputs.heard)
+        for role, topic, message_type, qos, take in (
+            ('joint_states', 'joint_states', JointState, HOT, self.answering.take),
+            ('run', 'ur5_sim/run', String, KEPT, self._take_run),
+        ):
+            number, record = topics.subscribe(role, topic, message_type, qos)
+            self._heard[number] = (topics.names[role], record, take)
+        self._run_name = ''
+        self._started_with = controller.parameters
+        self._changes: list[dict[str, Any]] = []
+        self._robots = 0
+        self._every_second = EverySecond()
+        self._waiting_line = Throttle()
+        offer_services(self.node, self)
+        look_around(self.node, self._look_around)
+        loop.start()
+        self._loop = loop
+
+    def run(self) -> int:
+        """Answer states until asked to end; return the exit code."""
+        self._tell_waiting()
+        freeze_garbage()
+        while not self._stop.reason:
+            for number, data in self._wait(GLANCE):
+                self._hear(number, data)
+            if self.requests:
+                self.requests.serve()
+            if self._every_second.due():
+                self._report()
+        return self._end()
+
+    def _hear(self, number: int, data: bytes) -> None:
+        topic, record, take = self._heard[number]
+        try:
+            take(record, data)
+        except Refusal as error:
+            self.refusals.add(topic, 'refused', str(error))
+            if len(data) <= MOST_RECORDED:
+                self.recording.write(record, data)
+        except Exception as error:  # without an answer the robot brakes; the next state may do
+            self.refusals.add(topic, 'fault', fault(self._logger, error))
+
+    def change(self, changes: dict[str, Any]) -> None:
+        """Change live parameters; they act from the next state, and the bag knows."""
+        self.answering.controller.change(changes)
+        self._changes.append({'stamp': self.answering.stamp, **changes})
+        self.recording.note('parameter_changes', {'changes': self._changes})
+
+    def _take_run(self, record: int, data: bytes) -> None:
+        name = str(read_message('std_msgs/msg/String', data)['data'])
+        if name == self._run_name:
+            return
+        if not name or len(name) > 200 or '/' in name or name.startswith('.'):
+            raise Refusal(f'{name[:60]!r} names no run; give a word that can name a folder')
+        if self._run_name:
+            self._begin_anew()
+        self._open_bag(name)
+        self.recording.write(record, data)
+
+    def _begin_anew(self) -> None:
+        """Close the run, and let what comes wait for the name of the next."""
+        self._logger.info('the robot started again: a new run')
+        self._close_bag('a new run began')
+        self._run_name = ''
+        self._changes = []
+        self._started_with = self.answering.controller.parameters
+        self.answering.begin_anew()
+
+    def _open_bag(self, name: str) -> None:
+        self._run_name = name
+        arm = self.parameters['arm']
+        self.recording.begin(name, describe(
+            'control', name, self.answering.controller.arm.name, arm_text(arm),
+            self._started_with, self._names, fingerprint()))
+        if self._changes:
+            self.recording.note('parameter_changes', {'changes': self._changes})
+        if self.recording.folder:
+            self._logger.info(f'recording {self.recording.folder}')
+
+    def _close_bag(self, reason: str) -> None:
+        self.recording.end({
+            'reason': reason, 'run': self._run_name,
+            'hashes': {'joint_states': self.answering.hash.hexdigest(),
+                       'joint_command': self.outputs.hash.hexdigest()},
+            'periods': self.outputs.hash.count, 'counters': self.counters(),
+        })
+
+    def counters(self) -> dict[str, Any]:
+        """Return what was counted so far."""
+        return {**self.answering.counters(), **self.refusals.counts}
+
+    def _look_around(self) -> None:
+        """Find out who plays the robot, and whom the node cannot hear; tell the loop."""
+        found = deaf_to(self.node, self._topics)
+        states = self._names['joint_states']
+        robots = [each.node_name for each in self.node.get_publishers_info_by_topic(states)]
+        if len(robots) > 1:
+            found.append((states, 'two robots',
+                          f'published by {", ".join(sorted(robots))}; keep one of them'))
+
+        def tell() -> None:
+            self._robots = len(robots)
+            for sentence in found:
+                self.refusals.add(*sentence)
+
+        self.requests.post(tell)
+
+    def _report(self) -> None:
+        self.answering.watch()
+        if self.recording.failure:
+            self.refusals.add('bag', 'failure', self.recording.failure)
+        if not self.answering.first_at:
+            self._tell_waiting()
+        elif not self._run_name and time.monotonic() - self.answering.first_at > NAMING_TIME:
+            self._open_bag(run_of(self.recording.where, new_run_name))
+            self._logger.warning('no simulator named the run; it is called ' + self._run_name)
+        level, word, values = self.answering.report()
+        values['last_refusal'] = self.refusals.last or values['last_refusal']
+        values |= self.counters() | {'bag_lost': self.recording.lost}
+        self.outputs.diagnostics(self.answering.stamp, ERROR if self._robots > 1 else level, word,
+                                 values)
+
+    def _tell_waiting(self) -> None:
+        if self._waiting_line('waiting'):
+            self._logger.info(f'waiting for states on {self._names["joint_states"]}')
+
+    def _end(self) -> int:
+        self.requests.close()
+        self._loop.close()
+        if self.recording.where and not self.recording.is_open and self.answering.first_at:
+            self._open_bag(run_of(self.recording.where, new_run_name))
+        self._close_bag(self._stop.reason)
+        lost, failure = self.recording.lost, self.recording.failure
+        if lost or failure:
+            self._logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
+        self._logger.info(f'ends: {self._stop.reason}')
+        self.node.destroy_node()  # tells the others, who would keep a ghost for seconds
+        return LOSS if lost or failure else DONE

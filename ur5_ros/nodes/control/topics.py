@@ -1,0 +1,143 @@
+"""What the controller sends: commands, references, parts of the torque, errors, poses."""
+
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
+
+from ur5_ros.bag.payload_hash import PayloadHash
+from ur5_ros.cdr.diagnostics import status_array
+from ur5_ros.cdr.fixed_messages import (
+    FixedJointState,
+    FixedPose,
+    FixedTrajectoryPoint,
+    encode_stamp,
+)
+from ur5_ros.nodes.ros.recording import Recording
+from ur5_ros.nodes.ros.topics import Topics
+from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
+
+#: Parts of the commanded torque, as ``~/torque_parts`` names them.
+PARTS = Torque._fields
+TOTAL, FEEDBACK = PARTS.index('total'), PARTS.index('feedback')
+_TOTAL = slice(48 * TOTAL, 48 * TOTAL + 48)
+
+
+class ControlOutputs:
+    """
+    The publishers of the controller.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node.
+    topics : Topics
+        Through which everything is sent and recorded.
+    recording : Recording
+        The bag.
+    parameters : mapping
+        Of the node.
+    arm_name : str
+        ``hardware_id`` of the diagnostics.
+
+    """
+
+    def __init__(
+        self, node: Node, topics: Topics, recording: Recording, parameters: dict[str, Any],
+        arm_name: str,
+    ) -> None:
+        self._name = node.get_fully_qualified_name()
+        self._arm_name = arm_name
+        self._recording = recording
+        prefix = parameters['tf_prefix']
+        names = [prefix + name for name in JOINT_NAMES]
+        self._command = FixedJointState(names, fields=('effort',))
+        self._reference = FixedTrajectoryPoint(names)
+        self._parts = FixedJointState(
+            [f'{part}/{name}' for part in PARTS for name in names], fields=('effort',))
+        self._error = FixedJointState(names, fields=('position', 'velocity'))
+        self._pose = FixedPose(prefix + 'base')
+        self._publish_command, self._command_id = topics.publisher(
+            'joint_command', 'joint_command', JointState)
+        self._publish_reference, self._reference_id = topics.publisher(
+            'reference', '~/reference', JointTrajectory, for_onlookers=True)
+        self._publish_parts, self._parts_id = topics.publisher(
+            'torque_parts', '~/torque_parts', JointState, for_onlookers=True)
+        self._send_error = topics.sender('error', '~/error', JointState, for_onlookers=True)
+        self._send_tool = topics.sender(
+            'tool_pose', '~/tool_pose', PoseStamped, for_onlookers=True)
+        self._send_wanted = topics.sender(
+            'reference_pose', '~/reference_pose', PoseStamped, for_onlookers=True)
+        self._send_diagnostics = topics.sender('diagnostics', '/diagnostics', DiagnosticArray)
+        self.hash = PayloadHash(self._command)
+        self._last = b''
+
+    def begin_anew(self) -> None:
+        """Hash and copy nothing of the run before."""
+        self.hash = PayloadHash(self._command)
+        self._last = b''
+
+    def answer(self, stamp: int, parts: np.ndarray, reference: Reference) -> None:
+        """
+        Send the answer to a state; send and record what it was made of.
+
+        Parameters
+        ----------
+        stamp : int
+            Of the state [ns].
+        parts : numpy.ndarray, shape (5, 6)
+            Command and parts, as :class:`ur5_ros.signals.Torque` names the rows [N m].
+        reference : Reference
+            What the state should have been.
+
+        """
+        when, torque = encode_stamp(stamp), parts.tobytes()
+        write = self._recording.write
+        data = self._last = self._command.join(when, b'', b'', torque[_TOTAL])
+        self._publish_command(data)
+        write(self._command_id, data)
+        self.hash.add(data)
+        q, qd, qdd = reference
+        data = self._reference.join(when, q.tobytes(), qd.tobytes(), qdd.tobytes(),
+                                    (parts[TOTAL] - parts[FEEDBACK]).tobytes())
+        self._publish_reference(data)
+        write(self._reference_id, data)
+        self._last_parts = self._parts.join(when, b'', b'', torque)
+        write(self._parts_id, self._last_parts)
+
+    def command_again(self) -> None:
+        """Send a copy of the last answer, which is recorded already."""
+        if self._last:
+            self._publish_command(self._last)
+
+    def monitor(
+        self, state: ArmState, reference: Reference,
+        tool: tuple[np.ndarray, np.ndarray], wanted: tuple[np.ndarray, np.ndarray],
+    ) -> None:
+        """
+        Send what can be derived from the rest, for whoever looks on.
+
+        Parameters
+        ----------
+        state : ArmState
+            Where the arm is.
+        reference : Reference
+            Where it should be.
+        tool, wanted : tuple
+            Position (3,) [m] and quaternion (4,) as x, y, z, w of tool0 in base, at both.
+
+        """
+        self._publish_parts(self._last_parts)
+        self._send_error(self._error.encode(
+            state.stamp, state.q - reference.q, state.qd - reference.qd))
+        self._send_tool(self._pose.encode(state.stamp, *tool))
+        self._send_wanted(self._pose.encode(state.stamp, *wanted))
+
+    def diagnostics(self, stamp: int, level: int, message: str, values: dict[str, Any]) -> None:
+        """Send a report."""
+        self._send_diagnostics(status_array(
+            stamp, f'{self._name}: controller', message, self._arm_name, values, level))

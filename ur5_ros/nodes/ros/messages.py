@@ -1,0 +1,170 @@
+"""Messages to signals: size judged first, joints matched by name, numbers finite."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.cdr.codec import decode
+from ur5_ros.cdr.fixed_messages import FixedJointState
+from ur5_ros.errors import Refusal
+from ur5_ros.signals import ArmState
+
+#: Largest message that is decoded, by what it carries [bytes].
+MOST_BYTES = {
+    'sensor_msgs/msg/JointState': 65_536,
+    'std_msgs/msg/Float64MultiArray': 65_536,
+    'std_msgs/msg/String': 65_536,
+    'geometry_msgs/msg/WrenchStamped': 4_096,
+    'geometry_msgs/msg/PoseStamped': 4_096,
+    'trajectory_msgs/msg/JointTrajectory': 8_000_000,
+    'nav_msgs/msg/Path': 4_000_000,
+}
+
+#: Refused messages that are larger are not recorded either [bytes].
+MOST_RECORDED = 65_536
+
+
+def type_name(message_type: type) -> str:
+    """Return ``package/msg/Name`` of a message class."""
+    return f'{message_type.__module__.partition(".")[0]}/msg/{message_type.__name__}'
+
+
+def read_message(type_name: str, data: bytes) -> dict[str, Any]:
+    """
+    Return the fields of a message that is not too large.
+
+    Raises
+    ------
+    Refusal
+        If it is, or if its bytes are damaged.
+
+    """
+    if len(data) > MOST_BYTES[type_name]:
+        raise Refusal(f'{len(data)} bytes; at most {MOST_BYTES[type_name]} are read')
+    return decode(type_name, data)
+
+
+def stamp_of(header: dict[str, Any]) -> int:
+    """Return the stamp of a header [ns]."""
+    return int(header['stamp']['sec']) * 1_000_000_000 + int(header['stamp']['nanosec'])
+
+
+def order_of(names: Sequence[str], wanted: Sequence[str]) -> list[int]:
+    """
+    Return where each wanted joint stands in a message.
+
+    Raises
+    ------
+    Refusal
+        If a name is missing, unknown or doubled.
+
+    """
+    places = {name: place for place, name in enumerate(names)}
+    if len(places) != len(names):
+        doubled = next(name for name in places if names.count(name) > 1)
+        raise Refusal(f'joint {_short(doubled)} is named twice; name each once')
+    for name in names:
+        if name not in wanted:
+            raise Refusal(f'unknown joint {_short(name)}; the joints are: {", ".join(wanted)}')
+    for name in wanted:
+        if name not in places:
+            raise Refusal(f'joint {name} is missing; name all of: {", ".join(wanted)}')
+    return [places[name] for name in wanted]
+
+
+def six(values: Any, what: str, order: Sequence[int] | None = None) -> np.ndarray:
+    """
+    Return six finite numbers in joint order.
+
+    Raises
+    ------
+    Refusal
+        If there are not six, or one is not finite.
+
+    """
+    array = np.asarray(values, dtype=float)
+    if array.shape != (6,):
+        raise Refusal(f'{what} has {array.size} numbers; give 6')
+    if not np.isfinite(array).all():
+        raise Refusal(f'{what} is {array.tolist()}; give finite numbers')
+    return array if order is None else array[order]
+
+
+class EffortReader:
+    """
+    Commands as JointState: ``name`` and ``effort``; position and velocity are not looked at.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Joint names in joint order.
+
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self.names = tuple(names)
+        self.layout = FixedJointState(names, fields=('effort',))
+        """The layout of our own commands."""
+        self._layouts = (self.layout, FixedJointState(names))
+
+    def read(self, data: bytes) -> tuple[int, Sequence[str] | None, Any]:
+        """
+        Return the stamp [ns] of the state that a command answers, 0 if none, names and efforts.
+
+        The names are None if they are ours in our order.
+
+        Raises
+        ------
+        Refusal
+            If the message is damaged or too large.
+
+        """
+        for layout in self._layouts:
+            if layout.matches(data):
+                stamp, _, _, effort = layout.decode(data)
+                return stamp, None, effort
+        message = read_message('sensor_msgs/msg/JointState', data)
+        return stamp_of(message['header']), tuple(message['name']), message['effort']
+
+
+class StateReader:
+    """
+    States as JointState: ``name``, ``position``, ``velocity``, and ``effort`` where there is one.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Joint names in joint order.
+
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = tuple(names)
+        self.layout = FixedJointState(names)
+        """The layout of our own states."""
+        self.matches = self.layout.matches
+
+    def read(self, data: bytes) -> ArmState:
+        """
+        Return the state; whether its numbers can be believed the controller judges.
+
+        Raises
+        ------
+        Refusal
+            If the message is damaged, too large, or lacks a joint, a position or a velocity.
+
+        """
+        if self.layout.matches(data):
+            return ArmState(*self.layout.decode(data))  # the controller asks whether it is finite
+        message = read_message('sensor_msgs/msg/JointState', data)
+        order = order_of(message['name'], self._names)
+        effort = message['effort']
+        return ArmState(
+            stamp_of(message['header']), six(message['position'], 'position', order),
+            six(message['velocity'], 'velocity', order),
+            six(effort, 'effort', order) if len(effort) else np.zeros(6))
+
+
+def _short(name: str) -> str:
+    return repr(name if len(name) < 60 else name[:57] + '...')

@@ -1,0 +1,122 @@
+"""From the command line to a running node and back: environment, start, end, exit code."""
+
+import gc
+import os
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from ur5_ros.errors import Refusal
+from ur5_ros.nodes.ros.environment import REFUSED, tell_refusal
+from ur5_ros.nodes.ros.parameters import read_files
+from ur5_ros.nodes.ros.shutdown import StopRequest
+
+#: Exit codes besides REFUSED: done; an error of the program; done, but the recording lost some.
+DONE, FAULT, LOSS = 0, 1, 3
+
+#: Longest wait of the loop for the interpreter while another thread computes [s].
+HANDOVER = 0.0002
+
+
+def pin_to_core(core: str) -> None:
+    """
+    Keep this process, and every thread that it starts later, on one core.
+
+    In lockstep only one of the two nodes works at a time, so that sharing a core saves the waking
+    of another; paced runs are better off without.  Scheduled as a batch job, neither interrupts
+    the other when a message wakes it: the sender first ends its period (sched(7), SCHED_BATCH).
+
+    Raises
+    ------
+    Refusal
+        If there is no such core for this process.
+
+    """
+    allowed = os.sched_getaffinity(0)
+    if not (core.isascii() and core.isdigit() and int(core) in allowed):
+        raise Refusal(f'UR5_ROS_CORE is {core!r}; give one of: '
+                      f'{", ".join(map(str, sorted(allowed)))}, or unset it')
+    os.sched_setaffinity(0, {int(core)})
+    if os.sched_getscheduler(0) == os.SCHED_OTHER:  # whoever chose another policy has a reason
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+
+
+def run_node(
+    create: Callable[[dict[str, Any], StopRequest], Any], stop: StopRequest,
+    arguments: Sequence[str] | None = None,
+) -> None:
+    """
+    Run a node as this process, and exit.
+
+    Parameters
+    ----------
+    create : callable
+        Makes the node from its parameter files and the request to stop; the node has ``run()``,
+        which returns the exit code.
+    stop : StopRequest
+        Listens to the signals already.
+    arguments : sequence of str, optional
+        Command line, program name first; ``sys.argv`` by default.
+
+    """
+    arguments = sys.argv if arguments is None else arguments
+    try:
+        code = _run(create, arguments, stop)
+    except Refusal as error:
+        tell_refusal(arguments, error)
+        code = REFUSED
+    finally:
+        rclpy.try_shutdown()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # Nothing is left to be written; the destructors of the middleware have crashed at exit before.
+    os._exit(code)
+
+
+def fault(logger: Any, error: Exception) -> str:
+    """Log an error that nobody foresaw in one line, where it is as a debug line; return it."""
+    reason = f'fault: {type(error).__name__}: {error}'
+    logger.error(reason)
+    logger.debug(''.join(traceback.format_exception(error)))
+    return reason
+
+
+def freeze_garbage() -> None:
+    """Keep collector and bag writer from holding up the loop, which makes no cycles."""
+    gc.freeze()
+    gc.disable()
+    sys.setswitchinterval(HANDOVER)
+
+
+def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest) -> int:
+    core = os.environ.get('UR5_ROS_CORE', '')
+    if core:
+        pin_to_core(core)
+    files = read_files(arguments)
+    try:
+        surplus = remove_ros_args(list(arguments))[1:]
+        if surplus:
+            raise Refusal(f'unknown argument {surplus[0]!r}; parameters are given as '
+                          '--ros-args -p name:=value or --ros-args --params-file file.yaml')
+        rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+        node = create(files, stop)
+    except ExternalShutdownException:
+        return DONE
+    except Exception as error:
+        if type(error).__module__.startswith('rclpy'):
+            raise Refusal(_one_line(error)) from None
+        raise
+    return node.run()
+
+
+def _one_line(error: Exception) -> str:
+    """Return what rcl says of a bad argument or file, without its source lines."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    text = lines[0] if lines else type(error).__name__
+    return text.partition(', at ')[0]

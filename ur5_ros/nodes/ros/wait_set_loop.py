@@ -1,0 +1,201 @@
+"""Messages in and out of the loop: raw bytes through one wait set that is kept and re-armed."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from ur5_ros.nodes.ros.background_executor import Serving
+
+Message = tuple[int, bytes]
+
+#: How often it is looked whether anybody hears what only onlookers subscribe to [s].
+LOOK = 0.02
+
+#: While nothing but hot messages come, all else is looked after this often [s].
+BRIEF = 0.01
+
+
+class ReservedGroup(CallbackGroup):
+    """The callback group that no executor may touch: its messages belong to the loop."""
+
+    def can_execute(self, entity: Any) -> bool:
+        """
+        Return False, so that the executor leaves it alone.
+
+        This holds for QoS events too: Fast DDS wakes whoever waits for them with every message.
+
+        """
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Return False, as it never may."""
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        """Do nothing."""
+
+
+class WaitSetLoop:
+    """
+    Subscriptions and publishers of the loop, as bytes.
+
+    The stock executor builds a wait set for each wait and hands over message objects; here one is
+    kept, and the bytes go to the law and to the bag as they are.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node that owns them; its other entities are left to an executor.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._group = ReservedGroup()
+        self._subscriptions: list[Any] = []
+        self._services: list[Any] = []
+        self._serving: Serving | None = None
+        self.asked = False
+        """Whether a watched service may have a request since the last wait."""
+        self._guard = node.create_guard_condition(_nothing, self._group)
+        self._wait_set: Any = None
+        self._hot: list[int] = []
+        self._brief_until = 0.0
+
+    def subscribe(self, message_type: type, topic: str, qos: QoSProfile,
+                  *, hot: bool = False) -> int:
+        """
+        Subscribe, before the first wait; return the number under which messages come.
+
+        Hot is what comes every period; all else waits for :data:`BRIEF` at most.
+        """
+        if hot:
+            self._hot.append(len(self._subscriptions))
+        self._subscriptions.append(self._node.create_subscription(
+            message_type, topic, _nothing, qos, callback_group=self._group, raw=True))
+        return len(self._subscriptions) - 1
+
+    def publisher(
+        self, message_type: type, topic: str, qos: QoSProfile,
+    ) -> Callable[[bytes], None]:
+        """Return what publishes CDR bytes on a topic."""
+        return self._node.create_publisher(message_type, topic, qos).handle.publish_raw
+
+    def publisher_where_heard(
+        self, message_type: type, topic: str, qos: QoSProfile,
+    ) -> Callable[[bytes], None]:
+        """Return the same for what may have no subscription: the middleware is then spared it."""
+        handle = self._node.create_publisher(message_type, topic, qos).handle
+        publish, count, now = handle.publish_raw, handle.get_subscription_count, time.monotonic
+        heard, due = False, 0.0
+
+        def publish_where_heard(data: bytes) -> None:
+            nonlocal heard, due
+            if now() >= due:
+                heard, due = count() > 0, now() + LOOK
+            if heard:
+                publish(data)
+
+        return publish_where_heard
+
+    def watch_service(self, service: Any) -> None:
+        """Let a request to a service, which no executor serves, end a wait."""
+        self._services.append(service)
+
+    def start(self) -> None:
+        """Begin to serve everything else of the node, in a thread."""
+        self._serving = Serving(self._node)
+
+    def close(self) -> None:
+        """Serve no more."""
+        if self._serving is not None:
+            self._serving.close()
+
+    def wake(self) -> None:
+        """End a wait early; any thread may call it."""
+        self._guard.trigger()
+
+    def wait(self, seconds: float) -> list[Message]:
+        """
+        Wait for messages, a wake, or the time to pass; :data:`BRIEF` while hot messages flow.
+
+        Parameters
+        ----------
+        seconds : float
+            Longest wait of wall time; not below zero.
+
+        Returns
+        -------
+        list of (int, bytes)
+            At most one message of each subscription that has any; the next wait returns at once
+            if there are more of the hot ones.
+
+        """
+        wait_set = self._wait_set or self._arm()
+        rest = self._brief_until - time.monotonic()
+        if rest > 0.0:
+            return self._wait_briefly(wait_set, min(seconds, rest))
+        wait_set.clear_entities()
+        for handle in self._handles:
+            wait_set.add_subscription(handle)
+        for handle in self._service_handles:
+            wait_set.add_service(handle)
+        wait_set.add_guard_condition(self._guard_handle)
+        wait_set.wait(int(seconds * 1e9))
+        self.asked = any(wait_set.is_ready('service', index)
+                         for index in range(len(self._service_handles)))
+        messages = []
+        for index in self._indices:
+            if wait_set.is_ready('subscription', index):
+                taken = self._takes[index](self._types[index], True)
+                if taken is not None:
+                    messages.append((index, taken[0]))
+        if messages and not self.asked and all(index in self._hot for index, _ in messages):
+            self._brief_until = time.monotonic() + BRIEF
+        return messages
+
+    def _wait_briefly(self, wait_set: Any, seconds: float) -> list[Message]:
+        """Wait for hot messages alone: every entity in a wait costs the loop microseconds."""
+        wait_set.clear_entities()
+        for handle in self._hot_handles:
+            wait_set.add_subscription(handle)
+        wait_set.wait(int(seconds * 1e9))
+        messages = []
+        for index in self._hot:
+            taken = self._takes[index](self._types[index], True)
+            if taken is not None:
+                messages.append((index, taken[0]))
+        return messages
+
+    def take(self) -> list[Message]:
+        """Return at most one message of each subscription, without a wait."""
+        self.asked = True
+        if self._wait_set is None:
+            self._arm()
+        messages = []
+        for index in self._indices:
+            taken = self._takes[index](self._types[index], True)
+            if taken is not None:
+                messages.append((index, taken[0]))
+        return messages
+
+    def _arm(self) -> Any:
+        self._handles = [each.handle for each in self._subscriptions]
+        self._takes = [each.take_message for each in self._handles]
+        self._types = [each.msg_type for each in self._subscriptions]
+        self._indices = list(range(len(self._handles)))
+        self._hot_handles = [self._handles[index] for index in self._hot]
+        self._service_handles = [each.handle for each in self._services]
+        self._guard_handle = self._guard.handle
+        self._wait_set = _rclpy.WaitSet(
+            len(self._handles), 1, 0, 0, len(self._services), 0, self._node.context.handle)
+        return self._wait_set
+
+
+def _nothing(*_: Any) -> None:
+    """Stand where rclpy wants a callback that it will never call."""

@@ -1,0 +1,63 @@
+"""What the simulator says of itself once a second, and who else it finds on its topics."""
+
+from typing import Any
+
+from ur5_ros.cdr.diagnostics import ERROR, OK, WARN
+from ur5_ros.nodes.ros.topics import deaf_to
+
+
+def check_publishers(sim: Any) -> None:
+    """Find out who commands the arm, and whom the node cannot hear; tell the loop."""
+    names = {}
+    for topic in sim.inputs.command_topics:
+        found = sim.node.get_publishers_info_by_topic(topic)
+        names[topic] = [(each.node_namespace.rstrip('/') + '/' + each.node_name)
+                        for each in found]
+    deaf = deaf_to(sim.node, sim.topics)
+
+    def tell() -> None:
+        sim.gate.publishers(names)
+        sim.publishers_conflict |= sum(map(len, names.values())) > 1
+        for sentence in deaf:
+            sim.inputs.refusals.add(*sentence)
+
+    sim.inputs.requests.post(tell)
+
+
+def counters(sim: Any) -> dict[str, Any]:
+    """Return what was counted so far."""
+    gate = sim.gate
+    return {
+        'commands_taken': gate.accepted,
+        'commands_copied': sim.inputs.copies,
+        **{f'refused {topic}: {reason}': count
+           for (topic, reason), count in gate.refused.items()},
+        **{f'refused {key}': count for key, count in sim.inputs.refusals.counts.items()},
+        **sim.simulation.plant.counters,
+        'lockstep_fired': gate.fired,
+        'late_periods': gate.pacer.late,
+        'worst_lateness_s': round(gate.pacer.worst, 6),
+        'schedule_lost_s': round(gate.pacer.lost, 6),
+    }
+
+
+def report(sim: Any) -> None:
+    """Send the diagnostics."""
+    plant, gate, recording = sim.simulation.plant, sim.gate, sim.recording
+    level, word = OK, 'running'
+    if recording.failure:
+        level, word = ERROR, f'not recording: {recording.failure}'
+    elif plant.stopped:
+        level, word = ERROR, 'protective stop; call ~/reset'
+    elif not gate.repeatable:
+        level, word = WARN, 'running, not repeatable'
+    elif sim.simulation.paused:
+        word = 'paused'
+    elif not gate.accepted:
+        word = f'waiting for the first command on {" or ".join(sim.inputs.command_topics)}'
+        if sim.waiting_line('waiting'):
+            sim.logger.info(word)
+    sim.outputs.diagnostics(plant.stamp, level, word, {
+        'run': sim.run_name, 'state': plant.k, 'paused': sim.simulation.paused,
+        'repeatable': gate.repeatable, **counters(sim),
+        'bag': str(sim.recording.folder or ''), 'bag_lost': recording.lost})

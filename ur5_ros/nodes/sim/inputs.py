@@ -1,0 +1,160 @@
+"""What the simulator hears: commands, wrenches, requests; the hostile refused."""
+
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from ur5_ros.bag.payload_hash import PayloadHash
+from ur5_ros.errors import Refusal
+from ur5_ros.nodes.ros.background_executor import LoopRequests
+from ur5_ros.nodes.ros.diagnostics import Refusals
+from ur5_ros.nodes.ros.messages import MOST_RECORDED, EffortReader, read_message
+from ur5_ros.nodes.ros.recording import Recording
+from ur5_ros.nodes.ros.topics import HEARD, HOT, Topics
+from ur5_ros.nodes.sim.fast_step import PlainPeriod
+from ur5_ros.nodes.sim.services import StepQueue
+from ur5_ros.nodes.sim.simulation import Simulation, push
+from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.sim.command_gate import CommandGate
+
+
+class SimInputs:
+    """
+    The subscriptions of the simulator, and the requests of its services.
+
+    Parameters
+    ----------
+    loop
+        Where messages come from.
+    topics : Topics
+        Through which they are subscribed and recorded.
+    recording : Recording
+        The bag.
+    simulation : Simulation
+        What they act on.
+    gate : CommandGate
+        Judges commands.
+    steps : StepQueue
+        Single steps asked for.
+    parameters : mapping
+        Of the node.
+
+    """
+
+    def __init__(
+        self, loop: Any, topics: Topics, recording: Recording, simulation: Simulation,
+        gate: CommandGate, steps: StepQueue, parameters: dict[str, Any],
+    ) -> None:
+        self.refusals = Refusals(lambda line: None, self._tell_refusal)
+        self.requests = LoopRequests(loop.wake)
+        self.last_was_stamped = False
+        """Whether the last command taken named its state, so that a copy does no harm."""
+        self.stepped = False
+        """Whether the last command took a plain period by itself, for the loop to reset."""
+        self.command_topics: list[str] = []
+        self.copies = 0
+        """Copies of the last command taken that were passed over."""
+        self._simulation = simulation
+        self._recording = recording
+        self._gate = gate
+        self._steps = steps
+        self._loop = loop
+        self._prefix = parameters['tf_prefix']
+        self._reader = EffortReader([self._prefix + name for name in JOINT_NAMES])
+        self.hash = PayloadHash(self._reader.layout)
+        self._plain = PlainPeriod(simulation, gate, self._reader.layout)
+        self._last = b''
+        self._heard: dict[int, tuple[str, int, Any]] = {}
+        for role, topic, message_type, qos, take in (
+            ('joint_command', 'joint_command', JointState, HOT, self._take_command),
+            ('forward_command', 'forward_effort_controller/commands', Float64MultiArray, HEARD,
+             self._take_array),
+            ('external_wrench', '~/external_wrench', WrenchStamped, HEARD, self._take_wrench),
+        ):
+            number, record = topics.subscribe(role, topic, message_type, qos)
+            self._heard[number] = (topics.names[role], record, take)
+            if 'command' in role:
+                self.command_topics.append(topics.names[role])
+
+    def receive(self, seconds: float) -> bool:
+        """Wait at most so long, do what came, and return whether a message did."""
+        return self._dispatch(self._loop.wait(seconds))
+
+    def poll(self) -> None:
+        """Do what has come, without a wait."""
+        self._dispatch(self._loop.take())
+
+    def answer_step(self) -> None:
+        """Answer ``~/step``, if a period was taken for it."""
+        if self._steps and self._simulation.paused:
+            self._steps.answer(self._simulation)
+
+    def _dispatch(self, messages: list[tuple[int, bytes]]) -> bool:
+        for number, data in messages:
+            topic, record, take = self._heard[number]
+            try:
+                take(topic, record, data)
+            except Refusal as error:
+                self.refusals.add(topic, 'malformed', str(error))
+                if len(data) <= MOST_RECORDED:
+                    self._recording.write(record, data)
+        if self.requests:
+            self.requests.serve()
+        if self._loop.asked and self._steps.look(self._simulation):
+            self._gate.resumed()
+        return bool(messages)
+
+    def _take_command(self, topic: str, record: int, data: bytes) -> None:
+        if data == self._last:
+            self.copies += 1  # of an answer that is recorded and counted already
+            return
+        tau = self._plain.fits(data)
+        if tau is not None:
+            self._recording.write(record, data)
+            self.hash.add(data)
+            self._last = data
+            self.stepped = self._plain.step(tau, data)
+            if not self.stepped:
+                self._gate.offer(topic, self._simulation.plant.stamp, tau)
+            return
+        stamp, names, effort = self._reader.read(data)
+        if names is None:
+            refused = self._gate.offer(topic, stamp, effort)
+        else:
+            refused = self._gate.offer_by_name(topic, stamp, names, effort)
+        if refused is None:
+            self._taken(stamp, names, effort, data)
+            if stamp:
+                self._last = data
+        self._recording.write(record, data)
+
+    def _take_array(self, topic: str, record: int, data: bytes) -> None:
+        effort = read_message('std_msgs/msg/Float64MultiArray', data)['data']
+        if self._gate.offer(topic, 0, effort) is None:
+            self._taken(0, None, effort)
+        self._recording.write(record, data)
+
+    def _taken(self, stamp: int, names: Any, effort: Any, data: bytes = b'') -> None:
+        self.last_was_stamped = stamp != 0
+        if self.hash.count == 0:
+            self._simulation.outputs.run_again()
+        if names is None and len(data) == self._reader.layout.size:
+            self.hash.add(data)  # laid out as what is hashed
+            return
+        if names is not None:
+            place = dict(zip(names, effort, strict=True))
+            effort = [place[name] for name in self._reader.names]
+        self.hash.add(self._reader.layout.encode(stamp, (), (), np.asarray(effort, float)))
+
+    def _take_wrench(self, topic: str, record: int, data: bytes) -> None:
+        message = read_message('geometry_msgs/msg/WrenchStamped', data)
+        push(self._simulation.plant, message, self._prefix)
+        self._recording.write(record, data)
+        self._simulation.send_events(self._simulation.plant)
+
+    def _tell_refusal(self, topic: str, reason: str, count: int) -> None:
+        self._simulation.tell('refused', f'{topic}: refused: {reason} ({count} so far)',
+                              topic=topic, reason=reason, count=count)

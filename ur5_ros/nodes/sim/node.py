@@ -1,0 +1,143 @@
+"""The node ``ur5_sim``: torques in, states out, and nothing that the equations do not know."""
+
+import time
+from typing import Any
+
+from rclpy.node import Node
+
+from ur5_ros.bag.description import describe
+from ur5_ros.bag.fingerprint import fingerprint
+from ur5_ros.bag.run_folders import new_run_name
+from ur5_ros.config import SIM_PARAMETERS, arm_text
+from ur5_ros.errors import Refusal
+from ur5_ros.nodes.ros.background_executor import look_around
+from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
+from ur5_ros.nodes.ros.parameters import check_sections, declare
+from ur5_ros.nodes.ros.process import DONE, FAULT, LOSS, fault, freeze_garbage
+from ur5_ros.nodes.ros.recording import Recording, run_of
+from ur5_ros.nodes.ros.shutdown import StopRequest
+from ur5_ros.nodes.ros.topics import Topics, make_loop
+from ur5_ros.nodes.sim.diagnostics import check_publishers, counters, report
+from ur5_ros.nodes.sim.inputs import SimInputs
+from ur5_ros.nodes.sim.loop import SimLoop
+from ur5_ros.nodes.sim.services import StepQueue, offer_services
+from ur5_ros.nodes.sim.simulation import Simulation
+from ur5_ros.nodes.sim.topics import SimOutputs
+from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.sim.command_gate import CommandGate
+from ur5_ros.sim.plant import plant_from_parameters
+from ur5_ros.sim.urdf import urdf_text
+
+
+class Simulator:
+    """
+    The simulator on its topics.
+
+    Parameters
+    ----------
+    files : mapping
+        Parameter files by path, as read.
+    stop : StopRequest
+        Asks it to end.
+
+    """
+
+    def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
+        self.node = Node('ur5_sim')
+        check_sections(files, self.node.get_fully_qualified_name())
+        parameters = self.parameters = declare(self.node, SIM_PARAMETERS)
+        if self.node.get_parameter('use_sim_time').value:
+            raise Refusal('use_sim_time is true, but this node makes the time; leave it false')
+        self.stop = stop
+        self.logger = self.node.get_logger()
+        self.run_name = run_of(parameters['bag'], new_run_name)
+        plant = plant_from_parameters(parameters)
+        self.recording = Recording(parameters['bag'], 'sim', parameters['max_bagfile_duration'],
+                                   parameters['max_bagfile_size'])
+        loop = make_loop(self.node, parameters['hot_loop'])
+        topics = self.topics = Topics(self.node, loop, self.recording)
+        self.outputs = SimOutputs(self.node, topics, self.recording, parameters, plant.arm.name)
+        self.simulation = Simulation(plant, self.outputs, self.logger, parameters)
+        self.gate = CommandGate([parameters['tf_prefix'] + name for name in JOINT_NAMES],
+                                parameters, time.monotonic)
+        self.steps = StepQueue(self.node, loop)
+        self.inputs = SimInputs(loop, topics, self.recording, self.simulation, self.gate,
+                                self.steps, parameters)
+        self.recording.begin(self.run_name, describe(
+            'sim', self.run_name, plant.arm.name, arm_text(parameters['arm']), parameters,
+            topics.names, fingerprint()))
+        self.outputs.introduce(self.run_name, urdf_text(plant.arm, parameters['tf_prefix']))
+        self._turns = SimLoop(self.simulation, self.inputs, self.gate, parameters)
+        offer_services(self.node, self)
+        self._every_second = EverySecond()
+        self.publishers_conflict = False
+        """Whether two nodes ever commanded the arm at once."""
+        self.waiting_line = Throttle()
+        look_around(self.node, lambda: check_publishers(self))
+        loop.start()
+        self._loop = loop
+
+    def run(self) -> int:
+        """Simulate until the end; return the exit code."""
+        where = self.recording.folder or 'nowhere'
+        self.logger.info(f'run {self.run_name}, recorded in {where}')
+        freeze_garbage()
+        try:
+            self._run()
+        except Exception as error:
+            return max(FAULT, self._end(fault(self.logger, error)))
+        return self._end(self.stop.reason)
+
+    def _run(self) -> None:
+        simulation, turn, every_second = self.simulation, self._turns.turn, self._every_second
+        self._turns.begin()
+        while not self.stop.reason:
+            turn()
+            if simulation.finished:
+                self.stop.ask('stop_after')
+            if every_second.due():
+                report(self)
+
+    def pause(self, wanted: bool) -> str:
+        """Stop or let go simulated time."""
+        word = self.simulation.pause(wanted)
+        if not self.simulation.paused:
+            self.steps.refuse_all(self.simulation, 'the pause ended first')
+            self.gate.resumed()
+        return word
+
+    def reset(self) -> str:
+        """Put the arm back to its initial state."""
+        word = self.simulation.reset()
+        self.gate.was_reset(self.simulation.plant.k)
+        return word
+
+    def change(self, changes: dict[str, Any]) -> None:
+        """Change live parameters; they act from the next period."""
+        for name, value in changes.items():
+            if value != self.simulation.plant.parameters[name]:
+                self.simulation.plant.change(name, value)
+        self.simulation.send_events(self.simulation.plant)
+
+    def _end(self, reason: str) -> int:
+        self.inputs.requests.close()
+        if reason == self.stop.reason != 'stop_after':
+            self.simulation.rest()
+        self.steps.refuse_all(self.simulation, 'the node ends')
+        report(self)
+        self._loop.close()
+        self.recording.end({
+            'reason': reason, 'run': self.run_name,
+            'hashes': {'joint_states': self.outputs.hash.hexdigest(),
+                       'joint_command': self.inputs.hash.hexdigest()},
+            'periods': self.outputs.hash.count, 'lockstep_fired': self.gate.fired,
+            'repeatable': self.gate.repeatable, 'publishers_conflict': self.publishers_conflict,
+            'counters': counters(self),
+        })
+        self.simulation.plant.close()
+        lost, failure = self.recording.lost, self.recording.failure
+        if lost or failure:
+            self.logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
+        self.logger.info(f'ends at {self.simulation.plant.stamp * 1e-9:.3f} s: {reason}')
+        self.node.destroy_node()  # tells the others, who would keep a ghost for seconds
+        return LOSS if lost or failure else DONE

@@ -1,0 +1,141 @@
+"""Services and live parameters of the simulator, each a request to the loop."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+from ur5_ros.config import SIM_PARAMETERS
+from ur5_ros.nodes.ros.background_executor import REQUESTS, add_service
+from ur5_ros.nodes.ros.parameters import serve
+from ur5_ros.nodes.ros.wait_set_loop import ReservedGroup
+from ur5_ros.nodes.sim.simulation import Simulation
+from ur5_ros.nodes.sim.simulation_interfaces import offer_standard_services
+
+#: Single steps that may wait for their turn.
+MOST_WAITING = 100
+
+
+class Step(NamedTuple):
+    """A request for periods that is under way."""
+
+    service: Any
+    header: Any
+    respond: Callable[[Any, bool, str], None]
+    steps: int
+
+
+class StepQueue:
+    """
+    ``~/step`` and its like: taken and answered by the loop itself, so that nothing waits with it.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node.
+    loop
+        Whose waits a request ends.
+
+    """
+
+    def __init__(self, node: Node, loop: Any) -> None:
+        self._node = node
+        self._loop = loop
+        self._services: list[tuple[Any, Callable, Callable]] = []
+        self._waiting: deque[Step] = deque()
+        self._taken = 0
+
+        def fill(response: Trigger.Response, success: bool, message: str) -> None:
+            response.success, response.message = success, message
+
+        self.offer(Trigger, '~/step', lambda request: 1, fill)
+
+    def __bool__(self) -> bool:
+        return bool(self._waiting)
+
+    def offer(
+        self, service_type: type, name: str, steps_of: Callable[[Any], int],
+        fill: Callable[[Any, bool, str], None],
+    ) -> None:
+        """
+        Serve steps by another service.
+
+        Parameters
+        ----------
+        service_type : type
+            Its type.
+        name : str
+            Its name.
+        steps_of : callable
+            Returns how many periods a request wants.
+        fill : callable
+            ``fill(response, success, message)``.
+
+        """
+        service = self._node.create_service(
+            service_type, name, lambda request, response: response,
+            qos_profile=REQUESTS, callback_group=ReservedGroup())
+        self._loop.watch_service(service)
+        self._services.append((service, steps_of, fill))
+
+    def look(self, simulation: Simulation) -> bool:
+        """Let in or refuse the requests that have come; return whether one was let in."""
+        let_in = False
+        for service, steps_of, fill in self._services:
+            while True:
+                request, header = service.handle.service_take_request(service.srv_type.Request)
+                if request is None:
+                    break
+                step = Step(service, header, fill, steps_of(request))
+                if not simulation.paused:
+                    _respond(step, False, 'time is running; call ~/pause with true first')
+                elif len(self._waiting) >= MOST_WAITING:
+                    _respond(step, False, f'{MOST_WAITING} requests wait; wait for them')
+                elif step.steps < 1:
+                    _respond(step, True, f'state {simulation.plant.k} stands')
+                else:
+                    self._waiting.append(step)
+                    simulation.steps_wanted += step.steps
+                    let_in = True
+        return let_in
+
+    def answer(self, simulation: Simulation) -> None:
+        """Take note of a period; answer the first request if it was its last."""
+        self._taken += 1
+        if self._taken >= self._waiting[0].steps:
+            self._taken = 0
+            _respond(self._waiting.popleft(), True, f'state {simulation.plant.k} is out')
+
+    def refuse_all(self, simulation: Simulation, why: str) -> None:
+        """Answer all requests that will not get their periods."""
+        simulation.steps_wanted = self._taken = 0
+        while self._waiting:
+            _respond(self._waiting.popleft(), False, why)
+
+
+def _respond(step: Step, success: bool, message: str) -> None:
+    response = step.service.srv_type.Response()
+    step.respond(response, success, message)
+    step.service.send_response(response, step.header)
+
+
+def offer_services(node: Node, sim: Any) -> None:
+    """
+    Offer ``~/pause``, ``~/reset`` and the parameters; ``~/step`` is :class:`StepQueue`.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node.
+    sim : Simulator
+        Whose loop does what is asked.
+
+    """
+    call = sim.inputs.requests.call
+    add_service(node, SetBool, '~/pause', lambda request: call(lambda: sim.pause(request.data)))
+    add_service(node, Trigger, '~/reset', lambda request: call(sim.reset))
+
+    offer_standard_services(node, sim)
+    serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)))

@@ -1,0 +1,161 @@
+"""The plant on its topics: one period at a time, whoever decides when."""
+
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.errors import Refusal
+from ur5_ros.nodes.ros.diagnostics import Throttle
+from ur5_ros.nodes.sim.topics import SimOutputs
+from ur5_ros.sim.events import Event, event
+from ur5_ros.sim.plant import Plant
+
+#: Simulated time in which the arm is brought to rest when the node is asked to end [s].
+BRAKING_TIME = 0.2
+#: Joint speed that counts as rest [rad/s].
+REST = 1e-3
+
+#: Kinds of event that a person should see in the log.
+_LOUD = ('limit', 'protective_stop', 'fallback', 'lockstep', 'publishers', 'refused')
+
+
+class Simulation:
+    """
+    Steps the plant and tells the world.
+
+    Parameters
+    ----------
+    plant : Plant
+        The arm.
+    outputs : SimOutputs
+        Where states and events go.
+    logger
+        The node's logger.
+    parameters : mapping
+        Of the node.
+
+    """
+
+    def __init__(
+        self, plant: Plant, outputs: SimOutputs, logger: Any, parameters: dict[str, Any],
+    ) -> None:
+        self.plant = plant
+        self.outputs = outputs
+        self.logger = logger
+        self.paused = False
+        self.steps_wanted = 0
+        """Periods to take while paused."""
+        rate = parameters['control_rate']
+        self.period = 1.0 / rate
+        """Control period [s]."""
+        self._last = round(parameters['stop_after'] * rate) or None
+        self._throttle = Throttle()
+
+    @property
+    def finished(self) -> bool:
+        """Whether the last state of ``stop_after`` is out."""
+        return self._last is not None and self.plant.k >= self._last
+
+    @property
+    def may_step(self) -> bool:
+        """Whether time may go on: not paused, or a single step is wanted."""
+        return not self.paused or self.steps_wanted > 0
+
+    def begin(self) -> None:
+        """Send state 1."""
+        self._send(self.plant.state)
+
+    def advance(self, command: np.ndarray | None) -> None:
+        """
+        Take one control period and send the state at its end.
+
+        Parameters
+        ----------
+        command : numpy.ndarray, shape (6,), or None
+            Torques [N m]; None = the fallback.
+
+        """
+        self._send(self.plant.step(command))
+        if self.steps_wanted:
+            self.steps_wanted -= 1
+
+    def reset(self) -> str:
+        """Put the arm back; return what to answer."""
+        self._send(self.plant.reset())
+        return f'state {self.plant.k} is the initial one'
+
+    def pause(self, wanted: bool) -> str:
+        """Stop or let go simulated time; return what to answer."""
+        word = 'paused' if wanted else 'running'
+        if wanted == self.paused:
+            return f'{word} already'
+        self.paused = wanted
+        self.tell('pause', word, active=wanted)
+        return word
+
+    def tell(self, kind: str, message: str, **values: Any) -> None:
+        """Send an event that acts from the present state."""
+        self._send_event(event(self.plant.stamp, kind, message, **values))
+
+    def rest(self) -> None:
+        """Bring the arm to rest under the fallback."""
+        for _ in range(max(1, round(BRAKING_TIME / self.period))):
+            if np.abs(self.plant.truth.qd).max() <= REST:
+                break
+            self.advance(None)
+
+    def send_events(self, teller: Any) -> None:
+        """Send what the plant or the gate has to tell."""
+        for each in teller.drain_events():
+            self._send_event(each)
+
+    def _send(self, state: Any) -> None:
+        self.outputs.state(state)
+        if not self.plant.exact_sensing:
+            self.outputs.truth(self.plant.truth)
+        self.send_events(self.plant)
+
+    def _send_event(self, each: Event) -> None:
+        self.outputs.event(each)
+        what = each.kind + each.values.get('reason', each.message)
+        if each.kind in _LOUD and self._throttle(what):
+            self.logger.warning(f'{each.message} ({each.stamp * 1e-9:.3f} s)')
+
+
+def push(plant: Plant, message: dict[str, Any], prefix: str) -> None:
+    """
+    Apply a geometry_msgs/WrenchStamped to the tool.
+
+    Parameters
+    ----------
+    plant : Plant
+        The arm.
+    message : mapping
+        Decoded message; force and torque act at the origin of ``tool0``, given in the axes of
+        ``base`` (also if no frame is named), ``base_link`` or ``tool0`` as it stands now.
+    prefix : str
+        ``tf_prefix`` of the simulator.
+
+    Raises
+    ------
+    Refusal
+        If the frame is another or a number is not finite.
+
+    """
+    frame = message['header']['frame_id']
+    name = frame.removeprefix(prefix) or 'base'
+    if name not in ('base', 'base_link', 'tool0') or frame and not frame.startswith(prefix):
+        raise Refusal(f'wrench in frame {frame[:60]!r}; give {prefix}base, {prefix}base_link or '
+                      f'{prefix}tool0')
+    force, torque = (np.array([message['wrench'][part][axis] for axis in 'xyz'])
+                     for part in ('force', 'torque'))
+    if name == 'tool0':
+        turn = tool_rotation(plant)
+        force, torque, name = turn @ force, turn @ torque, 'base'
+    plant.apply_wrench(force.tolist(), torque.tolist(), name)
+
+
+def tool_rotation(plant: Plant) -> np.ndarray:
+    """Return the rotation (3, 3) from ``tool0`` to ``base`` at the exact present state."""
+    from ur5_ros.model.kinematics import forward_kinematics  # numba takes a while to import
+    return forward_kinematics(plant.truth.q + plant.arm.angle_offset, plant.arm)[:3, :3]

@@ -1,0 +1,122 @@
+"""What the simulator sends: states, clock, events, truth, diagnostics."""
+
+import json
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from ur5_ros.bag.payload_hash import PayloadHash
+from ur5_ros.cdr.diagnostics import status_array
+from ur5_ros.cdr.fixed_messages import FixedJointState, encode_stamp, encode_string
+from ur5_ros.cdr.layout import LITTLE_ENDIAN
+from ur5_ros.nodes.ros.recording import Recording
+from ur5_ros.nodes.ros.topics import ALL, KEPT, UNACKNOWLEDGED, Topics
+from ur5_ros.signals import JOINT_NAMES, ArmState
+from ur5_ros.sim.events import Event
+
+
+class SimOutputs:
+    """
+    The publishers of the simulator.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node.
+    topics : Topics
+        Through which everything is sent and recorded.
+    recording : Recording
+        The bag.
+    parameters : mapping
+        Of the node.
+    arm_name : str
+        ``hardware_id`` of everything diagnostic.
+
+    """
+
+    def __init__(
+        self, node: Node, topics: Topics, recording: Recording, parameters: dict[str, Any],
+        arm_name: str,
+    ) -> None:
+        self._name = node.get_fully_qualified_name()
+        self._arm_name = arm_name
+        self._recording = recording
+        names = [parameters['tf_prefix'] + name for name in JOINT_NAMES]
+        self._states = FixedJointState(names)
+        self._publish_state, self._state_id = topics.publisher(
+            'joint_states', 'joint_states', JointState)
+        self._publish_clock, self._clock_id = None, 0
+        if parameters['publish_clock']:
+            self._publish_clock, self._clock_id = topics.publisher(
+                'clock', '/clock', Clock, UNACKNOWLEDGED, for_onlookers=True)
+        self._send_truth = topics.sender('ground_truth', '~/ground_truth', JointState)
+        self._send_event = topics.sender('events', '~/events', DiagnosticArray, ALL)
+        self._send_diagnostics = topics.sender('diagnostics', '/diagnostics', DiagnosticArray)
+        self._publish_run, self._run_id = topics.publisher('run', '~/run', String, KEPT)
+        self._send_description = topics.sender(
+            'robot_description', 'robot_description', String, KEPT)
+        self.hash = PayloadHash(self._states)
+        self._last_state = b''
+        self._last_clock = b''
+
+    def introduce(self, run: str, description: str) -> None:
+        """Send the run's name and the robot's description, for whoever comes later too."""
+        self._run = encode_string(run)
+        self._publish_run(self._run)
+        self._recording.write(self._run_id, self._run)
+        self._send_description(encode_string(description))
+
+    def run_again(self) -> None:
+        """
+        Send the run's name to a controller that has just come.
+
+        What the middleware keeps for late comers it may deliver seconds later: a short run is over
+        by then.
+
+        """
+        self._publish_run(self._run)
+
+    def state(self, state: ArmState) -> None:
+        """Send a new state, the clock before it."""
+        self.state_bytes(encode_stamp(state.stamp), state.q.tobytes(), state.qd.tobytes(),
+                         state.effort.tobytes())
+
+    def state_bytes(self, stamp: bytes, q: bytes, qd: bytes, effort: bytes) -> None:
+        """Send a new state whose parts are CDR bytes already."""
+        write = self._recording.write
+        if self._publish_clock is not None:
+            self._last_clock = LITTLE_ENDIAN + stamp
+            self._publish_clock(self._last_clock)
+        data = self._states.join(stamp, q, qd, effort)
+        self._publish_state(data)
+        if self._publish_clock is not None:
+            write(self._clock_id, self._last_clock)
+        write(self._state_id, data)
+        self._last_state = data
+        self.hash.add(data)
+
+    def state_again(self) -> None:
+        """Send a copy of the last state, which is recorded already."""
+        if self._publish_clock is not None:
+            self._publish_clock(self._last_clock)
+        self._publish_state(self._last_state)
+
+    def truth(self, state: ArmState) -> None:
+        """Send the exact state."""
+        self._send_truth(self._states.encode(state.stamp, state.q, state.qd, state.effort))
+
+    def event(self, event: Event) -> None:
+        """Send an event."""
+        self._send_event(status_array(
+            event.stamp, event.kind, event.message, self._arm_name, event.values))
+
+    def diagnostics(self, stamp: int, level: int, message: str, values: dict[str, Any]) -> None:
+        """Send a report."""
+        self._send_diagnostics(status_array(
+            stamp, f'{self._name}: simulator', message, self._arm_name,
+            {key: value if isinstance(value, str) else json.dumps(value)
+             for key, value in values.items()}, level))

@@ -1,0 +1,68 @@
+"""Dry friction, brakes and stops at the new velocity: one convex problem, solved exactly."""
+
+from functools import cache
+from types import ModuleType
+
+import numpy as np
+
+#: Length of the kernel's working space.
+WORK = 66
+
+
+def resisted_change(
+    A: np.ndarray, drive: np.ndarray, qd: np.ndarray, level: np.ndarray,
+    lower: np.ndarray, upper: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    r"""
+    Return the change of velocity under a drive, against resistance taken at the new velocity.
+
+    Find v' = qd + delta and the resistance f with
+
+    .. math:: A \delta + f = drive, \quad f_i \in level_i \, \mathrm{Sgn}(v'_i) + N(v'_i)
+
+    where Sgn(0) = [-1, 1] and N is the reaction of a stop: zero between ``lower`` and ``upper``,
+    of any size outwards at them.  It is the optimality condition of a strictly convex problem
+    (minimise v'^T A v' / 2 - (drive + A qd)^T v' + level^T |v'| between the stops), so that there
+    is exactly one solution.  Resistance therefore stops a motion but never reverses it, whatever
+    the step.  With ``level`` = the torque limits, -f is the brake that minimises v'^T A v'.
+
+    Parameters
+    ----------
+    A : numpy.ndarray, shape (6, 6)
+        Inertia by time, and what else is linear in the new velocity [N m s/rad]; positive
+        definite.
+    drive : numpy.ndarray, shape (6,)
+        Torque that would act at constant velocity [N m].
+    qd : numpy.ndarray, shape (6,)
+        Velocity before [rad/s].
+    level : numpy.ndarray, shape (6,)
+        Largest resistance [N m]; zero = none.
+    lower, upper : numpy.ndarray, shape (6,)
+        Velocities at which the stops are reached [rad/s]; infinite = none.
+
+    Returns
+    -------
+    delta : numpy.ndarray, shape (6,)
+        Change of velocity [rad/s].
+    f : numpy.ndarray, shape (6,)
+        Resistance [N m].
+
+    """
+    f = drive + A @ qd  # what it takes to stop every joint at once
+    if (level > 0.0).any() and (np.abs(f) <= level).all() and (lower <= 0.0).all() and (
+            upper >= 0.0).all():
+        return -qd, f  # most of what a brake does, without Numba
+    delta, f = np.empty(6), np.empty(6)
+    given = [A, drive, qd, level, lower, upper, np.empty(WORK)]
+    if kernels().resisted.run(1, [], given, [delta, f]):
+        raise ArithmeticError('the resistance of the joints was not found')
+    return delta, f
+
+
+@cache
+def kernels() -> ModuleType:
+    """Return the compiled forms; an arm that is plain and kept by its brake starts without."""
+    from ur5_ros.sim import (
+        integrator_kernel as scheme_kernel,  # loads Numba, which takes longer than all the rest
+    )
+    return scheme_kernel

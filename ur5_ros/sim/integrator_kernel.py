@@ -1,0 +1,174 @@
+"""Resistance and the step of the scheme, compiled; one file, as Numba's cache looks at one."""
+
+from math import fabs, sqrt
+
+import numpy as np
+
+from ur5_ros.model.kernels.compiled import B1, R1, R2, W1, inlined, kernel
+
+#: Faces of the problem that are tried at most; six joints need fewer than twenty.
+_MOST_FACES = 1000
+#: What rounding may do to a sum of torques, by the largest of them.
+_ROUNDING = 1e-13
+#: A joint this near to a stop touches it [rad]; rounding is a thousand times smaller.
+_TOUCH = 1e-12
+
+#: What :func:`scheme_torque` comes to.
+HELD, FAILED = 1, 2
+
+
+@inlined
+def solve(A, b, free, L, x):
+    """Write x with A x = b on the free joints, by Cholesky's decomposition; leave the others."""
+    for i in range(6):
+        if not free[i]:
+            continue
+        for j in range(i + 1):
+            if not free[j]:
+                continue
+            rest = A[i, j]
+            for m in range(j):
+                if free[m]:
+                    rest -= L[i, m] * L[j, m]
+            L[i, j] = sqrt(rest) if i == j else rest / L[j, j]
+        rest = b[i]
+        for m in range(i):
+            if free[m]:
+                rest -= L[i, m] * x[m]
+        x[i] = rest / L[i, i]
+    for i in range(5, -1, -1):
+        if free[i]:
+            for m in range(i + 1, 6):
+                if free[m]:
+                    x[i] -= L[m, i] * x[m]
+            x[i] /= L[i, i]
+
+
+@inlined
+def walk(v, target, free, sign, level, lower, upper):
+    """Go from v towards the target up to the first kink; return the joint there, -1 if none."""
+    first, part, place = -1, 0.0, 0.0
+    for i in range(6):
+        kink = min(max(target[i], lower[i]), upper[i])
+        if level[i] > 0.0 and sign[i] * kink < 0.0:
+            kink = 0.0
+        if free[i] and kink != target[i]:
+            share = (kink - v[i]) / (target[i] - v[i])
+            if first < 0 or share < part:
+                first, part, place = i, share, kink
+    for i in range(6):
+        if free[i]:
+            v[i] = target[i] if first < 0 else v[i] + part * (target[i] - v[i])
+    if first >= 0:
+        v[first] = place
+    return first
+
+
+@inlined
+def release(v, f, free, level, lower, upper):
+    """Return the pinned joint whose f leaves most what it allows, by how much, and its way out."""
+    worst, most, way = 0, 0.0, 0.0
+    for i in range(6):
+        if free[i]:
+            continue
+        back = forth = 0.0
+        if v[i] > lower[i]:  # moving backwards leaves it when f is less than this
+            back = (level[i] if v[i] > 0.0 else -level[i]) - f[i]
+        if v[i] < upper[i]:  # and forwards when f is more than this
+            forth = f[i] - (-level[i] if v[i] < 0.0 else level[i])
+        excess = max(back, forth)
+        if excess > most or excess != excess:
+            worst, most = i, excess
+            way = (-1.0 if back > forth else 1.0) if v[i] == 0.0 else np.sign(v[i])
+    return worst, most, way
+
+
+@inlined
+def resist(A, drive, qd, level, lower, upper, work, delta, f):
+    """Write delta and f of ``resisted_change``; return 1 if they were not found."""
+    L = work[:36].reshape((6, 6))
+    free, sign, v = work[36:42], work[42:48], work[48:54]
+    b, target = work[54:60], work[60:66]
+    size, dry, rest = 0.0, False, True
+    for i in range(6):
+        dry |= level[i] > 0.0
+        f[i] = drive[i]  # and A qd: what it takes to stop every joint at once
+        for j in range(6):
+            f[i] += A[i, j] * qd[j]
+        rest &= fabs(f[i]) <= level[i] and lower[i] <= 0.0 <= upper[i]
+        size = max(size, fabs(drive[i]))
+    if dry and rest:
+        for i in range(6):
+            delta[i] = -qd[i]
+        return 0
+    strongest = 0.0
+    for i in range(6):
+        strongest = max(strongest, level[i])
+        slow = fabs(A[i, i] * qd[i]) < level[i]  # held, as a first guess
+        v[i] = min(max(0.0 if slow else qd[i], lower[i]), upper[i])
+        sign[i] = np.sign(v[i])
+        pinned = v[i] <= lower[i] or v[i] >= upper[i] or (v[i] == 0.0 and level[i] > 0.0)
+        free[i] = 0.0 if pinned else 1.0
+    for _ in range(_MOST_FACES):
+        largest = 0.0
+        for i in range(6):  # the best of the face: what is pinned stays, resistance is known
+            delta[i] = v[i] - qd[i]
+            b[i] = drive[i] - sign[i] * level[i]
+        for i in range(6):
+            for j in range(6):
+                if not free[j]:
+                    b[i] -= A[i, j] * delta[j]
+        solve(A, b, free, L, delta)
+        for i in range(6):
+            target[i] = qd[i] + delta[i]
+        blocked = walk(v, target, free, sign, level, lower, upper)
+        if blocked >= 0:
+            free[blocked] = 0.0
+            continue
+        for i in range(6):
+            f[i] = drive[i]
+            for j in range(6):
+                f[i] -= A[i, j] * delta[j]
+                largest = max(largest, fabs(A[i, j] * delta[j]))
+        worst, excess, way = release(v, f, free, level, lower, upper)
+        if excess <= _ROUNDING * (size + strongest + largest):
+            for i in range(6):
+                if free[i]:
+                    f[i] = sign[i] * level[i]
+            return 0
+        free[worst], sign[worst] = 1.0, way
+    return 1
+
+
+@kernel(R2, R1, R1, R1, R1, R1, W1, W1, W1)
+def resisted(A, drive, qd, level, lower, upper, work, delta, f):
+    """Write delta and f of ``resisted_change``; return 1 if they were not found."""
+    return resist(A, drive, qd, level, lower, upper, work, delta, f)
+
+
+@kernel(R1, R1, W1, W1, B1)
+def scheme_torque(state, given, work, torque, held):
+    """Write the torque of ``Scheme.engine_torque`` and who is held; return what came of it."""
+    m, bias, q, qd, tau = state[:36], state[36:42], state[42:48], state[48:54], state[54:60]
+    added, viscous, level = given[:6], given[6:12], given[12:18]
+    lower, upper, h = given[18:24], given[24:30], given[30]
+    A, drive = work[:36].reshape((6, 6)), work[36:42]
+    lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
+    for i in range(6):
+        drive[i] = tau[i] - bias[i] - viscous[i] * qd[i]
+        lowest[i], highest[i] = (lower[i] - q[i]) / h, (upper[i] - q[i]) / h
+        for j in range(6):
+            A[i, j] = m[6 * i + j] / h
+        A[i, i] += added[i]
+    if resist(A, drive, qd, level, lowest, highest, work[66:], delta, f):
+        return FAILED
+    code = 0
+    for i in range(6):
+        reached = q[i] + h * (qd[i] + delta[i])
+        held[i] = reached >= upper[i] - _TOUCH or reached <= lower[i] + _TOUCH
+        if held[i]:
+            code = HELD
+        torque[i] = bias[i]
+        for j in range(6):
+            torque[i] += m[6 * i + j] * (delta[j] / h)
+    return code

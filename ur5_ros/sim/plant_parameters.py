@@ -1,0 +1,73 @@
+"""What can change while the plant runs: live parameters and the wrench at the tool."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.config.parameters import SIM_PARAMETERS, check
+from ur5_ros.errors import Refusal
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.sim.integrator import Effects
+
+_LIVE = {parameter.name: parameter for parameter in SIM_PARAMETERS if parameter.live}
+
+
+class Conditions:
+    """
+    Parameters and wrench, always valid.
+
+    Parameters
+    ----------
+    parameters : mapping
+        A value for every parameter of the simulator.
+
+    """
+
+    def __init__(self, parameters: Mapping[str, Any]):
+        self.parameters = dict(parameters)
+        self.wrench = np.zeros(6)
+        """Force [N] and torque [N m] at the origin of ``tool0``, in ``base``."""
+
+    def change(self, name: str, value: Any) -> Any:
+        """
+        Change a parameter; return its value in the right type.
+
+        Raises
+        ------
+        Refusal
+            If there is no such parameter, it cannot change while the plant runs, or the value
+            is out of range.
+
+        """
+        if name not in _LIVE:
+            what = 'cannot change during a run' if name in self.parameters else 'is no parameter'
+            raise Refusal(f'{name} {what}; these can: {", ".join(_LIVE)}')
+        self.parameters[name] = check(_LIVE[name], value)
+        return self.parameters[name]
+
+    def push(self, force: Sequence[float], torque: Sequence[float], frame: str) -> None:
+        """
+        Set the wrench.
+
+        Raises
+        ------
+        Refusal
+            If the frame is not ``base`` or ``base_link``, or a number is not finite.
+
+        """
+        wrench = np.concatenate([np.asarray(force, dtype=float), np.asarray(torque, dtype=float)])
+        if wrench.shape != (6,) or not np.isfinite(wrench).all():
+            raise Refusal(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N m]')
+        if frame not in ('base', 'base_link'):
+            raise Refusal(f'wrench in frame {frame!r}; give base or base_link')
+        if frame == 'base_link':  # base is base_link turned by Rz(pi)
+            wrench = wrench * [-1.0, -1.0, 1.0, -1.0, -1.0, 1.0]
+        self.wrench = wrench + 0.0  # no negative zeros
+
+    def effects(self, arm: ArmParameters) -> Effects:
+        """Return what acts on the joints of this arm beside bodies, gravity and motors."""
+        return Effects(
+            arm.armature, np.array(self.parameters['friction.viscous']),
+            np.array(self.parameters['friction.coulomb']), self.wrench, arm.limits.lower,
+            arm.limits.upper)

@@ -1,0 +1,1 @@
+"""Many runs of the loop on Dask: specification, workers, table, summary, report."""
