@@ -10,7 +10,7 @@ from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.report.html import html_text
 from ur5_ros.analysis.validate import validate
 from ur5_ros.loop.closed_loop import run_closed_loop
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 
 #: What is promised for ten minutes at 1 kHz [s], and how far from linear the cost may be.
 PROMISED, LINEAR = 20.0, 1.3
@@ -34,7 +34,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         runs = {'half': Path(folder) / 'half', 'whole': Path(folder) / 'whole'}
         for name, part in (('half', 0.5), ('whole', 1.0)):
-            run_closed_loop(plan_run(duration=given.seconds * part), runs[name])
+            run_closed_loop(run_config(duration=given.seconds * part), runs[name])
         judge(runs['half'])  # compiles
         taken = interleave({name: lambda run=run: judge(run) for name, run in runs.items()},
                            given.repeats)

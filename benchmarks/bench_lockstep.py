@@ -11,7 +11,7 @@ from side_by_side import Row, arguments, interleave, publish, ratio
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.launcher.node_processes import last_core, shared_core
 from ur5_ros.launcher.two_nodes import run_two_nodes
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 
 TRIPS = 5000
 REPEATS = 5
@@ -24,7 +24,7 @@ def lockstep(seconds: float, control_rate: int = 1000, pinned: bool = True) -> f
     else:
         os.environ['UR5_ROS_CORE'] = ''
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
-        run_two_nodes(plan_run(duration=seconds, control_rate=control_rate), Path(folder))
+        run_two_nodes(run_config(duration=seconds, control_rate=control_rate), Path(folder))
         times = np.sort(open_bag(Path(folder) / 'sim').columns('/joint_states').log_time)
     times = times[len(times) // 10:]  # discovery and the resent copies of state 1
     return float((len(times) - 1) / ((times[-1] - times[0]) * 1e-9))

@@ -7,8 +7,8 @@ from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.loop.closed_loop import full_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.rollout import fast_lane
-from ur5_ros.loop.run_config import Plan, arm_named, plan_run
+from ur5_ros.loop.rollout import rollout
+from ur5_ros.loop.run_config import Plan, arm_named, run_config
 from ur5_ros.sim.bullet_arm import BulletArm
 from ur5_ros.sim.pybullet_import import pybullet
 from ur5_ros.sweep.run import row_of
@@ -61,13 +61,13 @@ def sweep_rate() -> float:
 def main() -> None:
     """Measure and keep the table."""
     options = arguments(__doc__, REPEATS).parse_args()
-    plan = plan_run(duration=DURATION)
-    run = fast_lane(plan)  # compiles, plans, opens the world
+    plan = run_config(duration=DURATION)
+    run = rollout(plan)  # compiles, plans, opens the world
     as_run(run)
     bare = BareLoop(plan, run.torque[:, 0])
     figures = interleave({
         'bare': bare.periods_per_second,
-        'ordinary': lambda: rate(fast_lane, plan),
+        'ordinary': lambda: rate(rollout, plan),
         'bare again': bare.periods_per_second,
         'sweep': sweep_rate,
         'full': lambda: rate(full_loop, plan),

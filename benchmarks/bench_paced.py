@@ -14,7 +14,7 @@ from two_nodes_recorded import run
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.launcher.two_nodes import run_two_nodes
-from ur5_ros.loop.run_config import Plan, plan_run
+from ur5_ros.loop.run_config import Plan, run_config
 
 RATE = 1000
 SECONDS = 20.0
@@ -99,7 +99,7 @@ def main() -> None:
     seconds, trips, repeats = (3.0, 300, 1) if options.quick else (SECONDS, 5000, options.repeats)
     found: dict[str, list[float]] = {'late': [], 'late sleeper': [], 'p99': [], 'p99 trips': [],
                                      'p99 trips of objects': []}
-    plan = plan_run(duration=seconds, sim={'lockstep': False})
+    plan = run_config(duration=seconds, sim={'lockstep': False})
     for _ in range(repeats):
         times = run(plan, pinned=False)
         found['late'].append(late(times.states))
@@ -107,7 +107,7 @@ def main() -> None:
         found['late sleeper'].append(late(bare_sleep(seconds)))
         found['p99 trips'].append(measure('wait_set', trips)['p99'])
         found['p99 trips of objects'].append(measure('executor', trips)['p99'])
-    long = clocks(plan_run(duration=5.0 if options.quick else LONG, sim={'lockstep': False}))
+    long = clocks(run_config(duration=5.0 if options.quick else LONG, sim={'lockstep': False}))
     median = {name: float(np.median(values)) for name, values in found.items()}
     load = f'; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores'
     one = 1.0 / (seconds * RATE)  # no share is below one period

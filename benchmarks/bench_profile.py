@@ -20,7 +20,7 @@ from ur5_ros.control.computed_torque import computed_torque
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.gains import gains_from
 from ur5_ros.launcher.node_processes import last_core, private_environment
-from ur5_ros.loop.run_config import Plan, plan_run
+from ur5_ros.loop.run_config import Plan, run_config
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.nodes.control.topics import PARTS
 from ur5_ros.nodes.ros.messages import StateReader
@@ -116,7 +116,7 @@ def main() -> None:
     options = arguments(__doc__, REPEATS).parse_args()
     periods, repeats = (300, 1) if options.quick else (PERIODS, options.repeats)
     os.environ.update(private_environment())
-    plan = plan_run(duration=5.0)
+    plan = run_config(duration=5.0)
     rclpy.init()
     node = rclpy.create_node('benchmark')
     publisher = node.create_publisher(JointState, '/benchmark', QOS)
@@ -133,7 +133,7 @@ def main() -> None:
         child.wait()
     parts = {name: float(np.median([each[name] for each in found])) for name in found[0]}
     seconds, trips = (1.0, 300) if options.quick else (8.0, 4000)
-    period = 1.0 / per_second(run(plan_run(duration=seconds)).states)
+    period = 1.0 / per_second(run(run_config(duration=seconds)).states)
     trip = 1.0 / measure('wait_set', trips, last_core())['per_second']
     work = sum(cost for name, cost in parts.items() if not name.startswith('of the law'))
     work -= parts['publish'] + parts['take']  # the ping-pong has them too

@@ -4,7 +4,7 @@ import numpy as np
 from side_by_side import Row, arguments, publish
 from two_nodes_recorded import arms_at_once, per_second, run
 
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 
 LENGTHS = (3.0, 6.0, 12.0)
 RATES = (125, 250, 500, 1000, 2000, 4000)
@@ -24,17 +24,17 @@ def medians(measure, values, repeats: int) -> dict:
 
 def seconds_of_run(length: float) -> float:
     """Return the wall-clock time of a period of a run that long [s]."""
-    return 1.0 / per_second(run(plan_run(duration=length)).states)
+    return 1.0 / per_second(run(run_config(duration=length)).states)
 
 
 def seconds_at_rate(rate: int, periods: int) -> float:
     """Return the wall-clock time of a period at a control rate [s]."""
-    return 1.0 / per_second(run(plan_run(duration=periods / rate, control_rate=rate)).states)
+    return 1.0 / per_second(run(run_config(duration=periods / rate, control_rate=rate)).states)
 
 
 def seconds_of_arms(number: int, seconds: float) -> float:
     """Return the wall-clock time of a period of all arms together, per arm [s]."""
-    every = arms_at_once(plan_run(duration=seconds), number)
+    every = arms_at_once(run_config(duration=seconds), number)
     begin, end = min(each.states[0] for each in every), max(each.states[-1] for each in every)
     return float(end - begin) * 1e-9 / sum(len(each.states) for each in every)
 

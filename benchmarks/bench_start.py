@@ -47,7 +47,7 @@ def simulator() -> float:
         nodes.start('sim', 'ur5_ros.nodes.sim_node', {
             'bag': f'{folder}/bag', 'lockstep': False, 'stop_after': 0.01})
         if nodes.wait('sim', PATIENCE) is None:
-            raise SystemExit('sim_node does not end: ' + nodes.last_words('sim'))
+            raise SystemExit('sim_node does not end: ' + nodes.last_log_line('sim'))
         first = open_bag(Path(folder) / 'bag').columns('/joint_states').log_time.min()
     return float(first - begin) * 1e-9
 
@@ -64,7 +64,7 @@ def controller() -> float:
             if said:
                 return float(said.group(1)) - begin
             time.sleep(0.02)
-        raise SystemExit('control_node does not start: ' + nodes.last_words('control'))
+        raise SystemExit('control_node does not start: ' + nodes.last_log_line('control'))
 
 
 def processor_time(measure: Callable[[], float], spent: list[float]) -> Callable[[], float]:

@@ -12,8 +12,8 @@ import numpy as np
 from bench_loop_without_ros import BareLoop
 from side_by_side import Row, arguments, interleave, publish, ratio
 
-from ur5_ros.loop.rollout import fast_lane
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.rollout import rollout
+from ur5_ros.loop.run_config import run_config
 from ur5_ros.model.kernels.compiled import limit_threads
 from ur5_ros.sweep.engine import run_sweep
 from ur5_ros.sweep.run import row_of
@@ -64,8 +64,8 @@ def rate_of(lines: str) -> Callable[[], float]:
 
 def bare_rate() -> Callable[[], float]:
     """Return what measures the same of set, step, read."""
-    plan = plan_run(duration=DURATION)
-    bare = BareLoop(plan, fast_lane(plan).torque[:, 0])
+    plan = run_config(duration=DURATION)
+    bare = BareLoop(plan, rollout(plan).torque[:, 0])
 
     def measure() -> float:
         begin = time.process_time()

@@ -28,7 +28,7 @@ from soak_page import page
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.launcher.node_processes import NodeProcesses
-from ur5_ros.loop.run_config import Plan, plan_run
+from ur5_ros.loop.run_config import Plan, run_config
 
 #: Allowed growth of a node's memory between warm-up and end [MiB].
 GROWTH = 5.0
@@ -130,7 +130,7 @@ def by_second(delay: np.ndarray, stamp: np.ndarray, period: int) -> tuple[list, 
 
 def soak(lockstep: bool, minutes: float, split: float, folder: Path) -> dict:
     """Run both nodes for some minutes; return what was seen, with ``failures`` in words."""
-    plan = plan_run(control={'max_bagfile_duration': split}, sim={
+    plan = run_config(control={'max_bagfile_duration': split}, sim={
         'stop_after': 0.0, 'lockstep': lockstep, 'max_bagfile_duration': split})
     parts = {name: Parts(folder / name, topic, 10**9 // plan.sim['control_rate'])
              for name, (_, topic) in NODES.items()}
@@ -145,7 +145,7 @@ def soak(lockstep: bool, minutes: float, split: float, folder: Path) -> dict:
             time.sleep(0.2)
             for name in NODES:
                 if nodes.poll(name) is not None:
-                    raise SystemExit(f'{name}_node ended: {nodes.last_words(name)}')
+                    raise SystemExit(f'{name}_node ended: {nodes.last_log_line(name)}')
                 if parts[name].closed():
                     resident = watched[name].memory_info().rss / 2**20
                     memory[name].append((now, resident))

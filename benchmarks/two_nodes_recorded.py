@@ -66,7 +66,7 @@ def arms_at_once(plan: Plan, number: int) -> list[Times]:
         for folder in folders:
             if nodes.wait(f'{folder.name}_sim', 240.0) is None:
                 raise SystemExit(f'{folder.name} does not end: '
-                                 + nodes.last_words(f'{folder.name}_sim'))
+                                 + nodes.last_log_line(f'{folder.name}_sim'))
         return [times_of(folder / 'sim', f'/{folder.name}') for folder in folders]
 
 

@@ -10,7 +10,7 @@ def one_line(sentence: str) -> str:
     return plain if len(plain) <= MAX_LENGTH else plain[:MAX_LENGTH] + '...'
 
 
-class Refusal(ValueError):
+class InputError(ValueError):
     """
     An input is refused; the message is one line: the value, the limit, the way out.
 
@@ -19,7 +19,7 @@ class Refusal(ValueError):
     """
 
 
-class BagProblem(Refusal):
+class BagError(InputError):
     """A file is not what it claims to be; the message is one line: which file and what."""
 
     def __init__(self, sentence: str) -> None:

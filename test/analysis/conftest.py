@@ -10,7 +10,7 @@ from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_ar
 from ur5_ros.control.controller import Controller
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 from ur5_ros.model.dynamics import forward_dynamics, inverse_dynamics
 from ur5_ros.signals import Reference, stamp_of_period
 from ur5_ros.sim.plant import Plant
@@ -77,7 +77,7 @@ def looped():
     def run(experiment='multi_sine', arm='ur5_real', duration=3.0, sim=None, control=None, **more):
         key = repr((experiment, arm, duration, sim, control, more))
         if key not in known:
-            known[key] = as_run(run_closed_loop(plan_run(
+            known[key] = as_run(run_closed_loop(run_config(
                 experiment=experiment, arm=arm, duration=duration, sim=sim, control=control,
                 **more)))
         return known[key]
@@ -90,7 +90,7 @@ def stepped():
     """Return a function that runs plant and law and lets a test meddle with both."""
     def run(meddle=lambda k, plant, torque: torque, duration=0.6, experiment='multi_sine',
             steer=None, **given):
-        plan = plan_run(experiment=experiment, arm='ur5_real', duration=duration, **given)
+        plan = run_config(experiment=experiment, arm='ur5_real', duration=duration, **given)
         rate = plan.sim['control_rate']
         plant, law = Plant(load_arm('ur5_real'), plan.sim), Controller(plan.control, rate)
         states, truths, answers, events, changes = [], [], [], [], []
@@ -133,5 +133,5 @@ def swapped(stepped):
 def recorded(tmp_path_factory):
     """Return the folder of a short run of the paper's experiment, both bags."""
     folder = tmp_path_factory.mktemp('bags') / 'short'
-    run_closed_loop(plan_run(duration=1.5), folder)
+    run_closed_loop(run_config(duration=1.5), folder)
     return folder

@@ -4,7 +4,7 @@ import pytest
 
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config.validation import load_marks
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 
 def test_every_mark_has_a_unit_and_a_reason():
@@ -32,5 +32,5 @@ def test_a_stricter_mark_fails_what_the_default_passes(simulated, tmp_path):
 
 @pytest.mark.parametrize('mark, limit', [('residul', 1), ('residual', -1), ('residual', '.nan')])
 def test_unknown_and_impossible_marks_are_refused(tmp_path, mark, limit):
-    with pytest.raises(Refusal):
+    with pytest.raises(InputError):
         load_marks(write(tmp_path / 'bad.yaml', mark, limit))

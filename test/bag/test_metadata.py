@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 
 pytestmark = pytest.mark.fault(75)
 
@@ -38,7 +38,7 @@ def test_a_path_that_leaves_the_folder_is_named_and_not_followed(change, name):
     folder = change(lambda info: info.update(relative_file_paths=[name]))
     assert 'metadata.yaml' in problems_of(folder)
     (folder / 'bag_0.mcap').unlink()
-    with pytest.raises(BagProblem, match='only files of the folder itself|not valid YAML'):
+    with pytest.raises(BagError, match='only files of the folder itself|not valid YAML'):
         open_bag(folder)
 
 
@@ -108,13 +108,13 @@ def test_a_missing_one_is_named_with_the_way_out(recorded):
 
 def test_a_bag_without_any_file_is_refused(recorded):
     (recorded.folder / 'bag_0.mcap').unlink()
-    with pytest.raises(BagProblem, match='no .mcap file'):
+    with pytest.raises(BagError, match='no .mcap file'):
         open_bag(recorded.folder)
 
 
 def test_an_unknown_storage_is_refused(change):
     folder = change(lambda info: info.update(storage_identifier='my_plugin'))
-    with pytest.raises(Refusal, match='my_plugin'):
+    with pytest.raises(InputError, match='my_plugin'):
         open_bag(folder)
 
 
@@ -122,6 +122,6 @@ def test_an_sqlite3_bag_that_is_damaged_is_named(tmp_path):
     (tmp_path / 'metadata.yaml').write_text(yaml.safe_dump({'rosbag2_bagfile_information': {
         'version': 5, 'storage_identifier': 'sqlite3', 'relative_file_paths': ['a.db3']}}))
     (tmp_path / 'a.db3').write_bytes(b'noise' * 1000)
-    with pytest.raises(BagProblem, match='rosbags cannot read it') as caught:
+    with pytest.raises(BagError, match='rosbags cannot read it') as caught:
         open_bag(tmp_path)
     assert '\n' not in str(caught.value)

@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from rosbags.typesys import Stores, get_typestore
 
-from ur5_ros.bag.mcap.message_index import CompiledWalk, walk
+from ur5_ros.bag.mcap.message_index import CompiledMessageIndex, index_messages
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.cdr.fixed_messages import (
     FixedJointState,
@@ -28,7 +28,7 @@ from ur5_ros.cdr.fixed_messages import (
     encode_clock,
 )
 from ur5_ros.cdr.recorded_types import schema_text
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 from ur5_ros.signals import JOINT_NAMES
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -118,7 +118,7 @@ def test_compression_around_the_storage_is_refused_with_the_way_out(tmp_path, mo
     with writer:
         topic = writer.add_connection('/joint_states', JOINT_STATE, typestore=STORE)
         writer.write(topic, 1, states()[0])
-    with pytest.raises(Refusal, match='ros2 bag convert'):
+    with pytest.raises(InputError, match='ros2 bag convert'):
         open_bag(tmp_path / 'bag')
 
 
@@ -126,7 +126,7 @@ def test_sqlite3_without_rosbags_is_refused_with_the_way_out(tmp_path, monkeypat
     with RosbagsWriter(tmp_path / 'bag', version=9) as writer:
         writer.add_connection('/joint_states', JOINT_STATE, typestore=STORE)
     monkeypatch.setitem(sys.modules, 'rosbags.rosbag2', None)
-    with pytest.raises(Refusal, match='pip install rosbags'):
+    with pytest.raises(InputError, match='pip install rosbags'):
         open_bag(tmp_path / 'bag')
 
 
@@ -228,11 +228,11 @@ def test_messages_come_one_by_one_as_dicts(recorded):
 
 
 def test_the_compiled_walk_finds_what_the_walk_in_python_finds(recorded):
-    compiled = CompiledWalk()
+    compiled = CompiledMessageIndex()
     source = open_bag(recorded.folder).sources[0]
     for batch in source.batches():
         for size in (len(batch.buffer), len(batch.buffer) - 1, 0, 31, 40):
-            one, other = walk(batch.buffer[:size]), compiled(batch.buffer[:size])
+            one, other = index_messages(batch.buffer[:size]), compiled(batch.buffer[:size])
             assert (one is None) == (other is None)
             if one is not None:
                 assert all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
@@ -258,18 +258,18 @@ def test_a_large_bag_is_walked_by_compiled_code_to_the_same_end(record, tmp_path
 def test_a_schema_that_is_not_the_types_is_named(tmp_path):
     swapped = schema_text(JOINT_STATE).replace('position', 'speed')
     bag = open_bag(write_mcap(tmp_path / 'a.mcap', states(), schema=swapped))
-    with pytest.raises(BagProblem, match='defined otherwise'):
+    with pytest.raises(BagError, match='defined otherwise'):
         bag.joint_states('/joint_states')
 
 
 def test_another_message_encoding_is_named(tmp_path):
     bag = open_bag(write_mcap(tmp_path / 'a.mcap', states(), encoding='json'))
-    with pytest.raises(BagProblem, match='only cdr'):
+    with pytest.raises(BagError, match='only cdr'):
         bag.joint_states('/joint_states')
 
 
 def test_a_topic_that_is_not_there_is_refused_with_those_that_are(recorded):
-    with pytest.raises(Refusal, match='there are: /clock, /joint_states'):
+    with pytest.raises(InputError, match='there are: /clock, /joint_states'):
         open_bag(recorded.folder).joint_states('/joint_command')
 
 

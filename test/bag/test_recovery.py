@@ -14,7 +14,7 @@ from rosbags.highlevel import AnyReader
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.recovery import recover
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 
 # Forks recorders of 500 periods a second, notes in shared memory what each has handed over last,
 # and ends each with SIGKILL at a random instant.
@@ -178,7 +178,7 @@ def test_a_sound_run_is_left_alone(recorded):
 def test_another_folder_in_the_way_is_refused(broken):
     (broken.with_name('run.recovered')).mkdir()
     (broken.with_name('run.recovered') / 'mine.txt').write_text('keep')
-    with pytest.raises(Refusal, match='holds something else'):
+    with pytest.raises(InputError, match='holds something else'):
         recover(broken)
     assert (broken.with_name('run.recovered') / 'mine.txt').read_text() == 'keep'
     assert recover(broken, broken.with_name('elsewhere')).out == broken.with_name('elsewhere')
@@ -224,11 +224,11 @@ def test_a_damaged_chunk_in_the_middle_costs_that_chunk_alone(record, tmp_path, 
 def test_a_run_of_which_nothing_is_readable_is_named(tmp_path):
     (tmp_path / 'run' / 'sim').mkdir(parents=True)
     (tmp_path / 'run' / 'sim' / 'sim_0.mcap').write_bytes(b'noise' * 100)
-    with pytest.raises(BagProblem, match='no MCAP file'):
+    with pytest.raises(BagError, match='no MCAP file'):
         recover(tmp_path / 'run')
-    with pytest.raises(Refusal, match='no such folder'):
+    with pytest.raises(InputError, match='no such folder'):
         recover(tmp_path / 'missing')
-    with pytest.raises(Refusal, match='no bag in it'):
+    with pytest.raises(InputError, match='no bag in it'):
         recover(tmp_path)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from ur5_ros.bag.fingerprint import fingerprint, processor_features
 from ur5_ros.bag.run_folders import bags_of_run, new_run_name, newest_run
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 
 def test_run_names_are_utc_times_with_four_characters_and_differ():
@@ -29,7 +29,7 @@ def test_the_newest_run_is_the_one_written_to_last(tmp_path):
 
 def test_no_run_is_refused_with_the_way_out(tmp_path):
     for folder in (tmp_path, tmp_path / 'missing'):
-        with pytest.raises(Refusal, match='ur5 demo'):
+        with pytest.raises(InputError, match='ur5 demo'):
             newest_run(folder)
 
 

@@ -19,7 +19,7 @@ from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.writer import MAX_MESSAGE, BagWriter
 from ur5_ros.cdr.fixed_messages import FixedJointState, encode_clock, encode_string
 from ur5_ros.cdr.recorded_types import type_hash
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 
@@ -173,14 +173,14 @@ def test_a_topic_announced_late_and_large_messages_are_kept(tmp_path):
 
 @pytest.mark.fault(66)
 def test_a_folder_that_exists_is_refused(tmp_path):
-    with pytest.raises(Refusal, match='exists already'):
+    with pytest.raises(InputError, match='exists already'):
         BagWriter(tmp_path, {})
 
 
 @pytest.mark.fault(65)
 @pytest.mark.parametrize('place', ['/proc/none/bag', '/dev/null/bag'])
 def test_a_place_where_nothing_can_be_written_is_refused(place):
-    with pytest.raises(Refusal, match='cannot record there'):
+    with pytest.raises(InputError, match='cannot record there'):
         BagWriter(place, {})
 
 

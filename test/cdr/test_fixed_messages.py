@@ -21,7 +21,7 @@ from ur5_ros.cdr.fixed_messages import (
 )
 from ur5_ros.cdr.message_definition import PRIMITIVES
 from ur5_ros.cdr.recorded_types import DEFINITIONS
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 from ur5_ros.signals import JOINT_NAMES
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -151,7 +151,7 @@ def test_padding_that_another_writer_left_uninitialised_is_ignored():
     codec = FixedJointState(JOINT_NAMES)
     data = bytearray(codec.encode(1, *[np.arange(6.0)] * 3))
     compared = np.frombuffer(codec.layout.mask, np.uint8) != 0
-    for offset, _, number in codec.layout.holes.values():
+    for offset, _, number in codec.layout.slots.values():
         compared[offset:offset + 8 * number] = True
     padding = np.flatnonzero(~compared[4:]) + 4
     assert len(padding) > 4
@@ -223,7 +223,7 @@ def test_changed_bytes_never_do_worse_than_a_named_problem(message, data):
     raw = raw[:data.draw(st.integers(0, len(raw)))]
     try:
         decode(name, bytes(raw))
-    except BagProblem as problem:
+    except BagError as problem:
         assert '\n' not in str(problem)
 
 
@@ -233,7 +233,7 @@ def test_changed_bytes_never_do_worse_than_a_named_problem(message, data):
 def test_random_bytes_never_do_worse_than_a_named_problem(name, raw):
     try:
         decode(name, b'\0\1\0\0' + raw)
-    except BagProblem as problem:
+    except BagError as problem:
         assert '\n' not in str(problem)
 
 
@@ -244,7 +244,7 @@ def test_random_bytes_never_do_worse_than_a_named_problem(name, raw):
     b'\0\1\0\0' + bytes(8) + b'\2\0\0\0\xff\0' + bytes(100),
     b'\0\1\0\0' + bytes(8) + b'\1\0\0\0\0\0\0\0' + b'\xff\xff\xff\x7f' + bytes(100)])
 def test_hostile_bytes_are_named(raw):
-    with pytest.raises(BagProblem):
+    with pytest.raises(BagError):
         decode('sensor_msgs/msg/JointState', raw)
 
 

@@ -16,7 +16,7 @@ from ur5_ros.cdr.recorded_types import (
     schema_text,
     type_hash,
 )
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -84,11 +84,11 @@ def test_all_forms_of_a_declaration_are_read():
     'x' * (MAX_TEXT + 1),
     'B b\n' + '=' * 80 + '\nMSG: p/B\nA a\n'])
 def test_a_hostile_schema_is_named(text):
-    with pytest.raises(BagProblem) as caught:
+    with pytest.raises(BagError) as caught:
         parse_schema('p/msg/A', text)
     assert '\n' not in str(caught.value)
 
 
 def test_an_unknown_type_is_refused():
-    with pytest.raises(Refusal, match='is not recorded'):
+    with pytest.raises(InputError, match='is not recorded'):
         schema_text('p/msg/A')

@@ -34,9 +34,9 @@ def ur5(tmp_path):
 def short_run(tmp_path_factory):
     """A run of 1.5 s, recorded by the loop without ROS."""
     from ur5_ros.loop.closed_loop import run_closed_loop
-    from ur5_ros.loop.run_config import plan_run
+    from ur5_ros.loop.run_config import run_config
     folder = tmp_path_factory.mktemp('runs') / 'short'
-    run_closed_loop(plan_run(duration=1.5), folder)
+    run_closed_loop(run_config(duration=1.5), folder)
     return folder
 
 

@@ -12,7 +12,7 @@ from ur5_ros.analysis.data.load import load_run
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.config import load_arm
 from ur5_ros.loop.closed_loop import run_closed_loop
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 from ur5_ros.model.dynamics import inverse_dynamics
 
 
@@ -102,7 +102,7 @@ def test_resimulate_and_recontrol_say_yes_to_the_bit(ur5, short_run, tmp_path):
 
 
 def test_compare_tells_two_runs_apart(ur5, short_run, tmp_path):
-    run_closed_loop(plan_run(duration=1.5, sim={'payload.mass': 0.1}), tmp_path / 'heavy')
+    run_closed_loop(run_config(duration=1.5, sim={'payload.mass': 0.1}), tmp_path / 'heavy')
     parted = ur5('compare', short_run, 'heavy', '--json', 'c.json')
     assert parted.code == 1
     assert 'payload.mass: 0.0 and 0.1' in parted.out and 'different runs' in parted.out
@@ -162,7 +162,7 @@ def test_import_refuses_what_is_no_log(ur5, tmp_path):
 
 def test_identify_finds_the_arm_and_writes_a_file_that_validate_takes(ur5, tmp_path):
     for name, experiment in (('exciting', 'exciting'), ('other', 'multi_sine')):
-        run_closed_loop(plan_run(experiment, duration=15.0), tmp_path / name)
+        run_closed_loop(run_config(experiment, duration=15.0), tmp_path / name)
     found = ur5('identify', 'exciting', '--test', 'other', '-o', 'found.yaml', '--json', 'f.json')
     assert found.code == 0, found
     result = json.loads((tmp_path / 'f.json').read_text())

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ur5_ros.config import arm_text, config_folder, list_arms, load_arm, parse_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import with_payload
 
 REPO = Path(__file__).resolve().parents[2]
@@ -105,7 +105,7 @@ def mutated(path: list, value) -> str:
     (['limits', 'velocity'], None, 'limits.velocity: is missing'),
 ])
 def test_a_file_that_is_no_arm_is_refused_in_one_line(path, value, words):
-    with pytest.raises(Refusal, match=re.escape(words)) as refusal:
+    with pytest.raises(InputError, match=re.escape(words)) as refusal:
         parse_arm(mutated(path, value), 'my_arm.yaml')
     message = str(refusal.value)
     assert message.startswith('my_arm.yaml: ')
@@ -124,22 +124,22 @@ def test_a_file_that_is_no_arm_is_refused_in_one_line(path, value, words):
     ('1: 2', 'is not a text'),
 ])
 def test_hostile_yaml_is_refused_in_one_line(text, words):
-    with pytest.raises(Refusal, match=re.escape(words)) as refusal:
+    with pytest.raises(InputError, match=re.escape(words)) as refusal:
         parse_arm(text, 'bad.yaml')
     assert '\n' not in str(refusal.value)
 
 
 def test_an_unknown_arm_is_answered_with_the_known_ones():
-    with pytest.raises(Refusal, match='unknown arm .ur7.; give one of: ur10, '):
+    with pytest.raises(InputError, match='unknown arm .ur7.; give one of: ur10, '):
         load_arm('ur7')
-    with pytest.raises(Refusal, match='no arm file'):
+    with pytest.raises(InputError, match='no arm file'):
         load_arm('/no/such/arm.yaml')
 
 
 @given(st.text(max_size=300) | st.binary(max_size=300).map(lambda b: b.decode('latin-1')))
 @settings(max_examples=300, deadline=None)
 def test_no_text_gets_past_the_parser_as_anything_but_a_refusal(text):
-    with pytest.raises(Refusal):
+    with pytest.raises(InputError):
         parse_arm(text, 'fuzz.yaml')
 
 

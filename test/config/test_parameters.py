@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS, check, complete
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import stamp_of_period
 
 ALL = SIM_PARAMETERS + CONTROL_PARAMETERS
@@ -29,7 +29,7 @@ def test_every_default_is_valid_described_and_named_once(table):
 def test_a_value_comes_back_finite_and_in_range_or_is_refused_by_name(parameter, value):
     try:
         checked = check(parameter, value)
-    except Refusal as refusal:
+    except InputError as refusal:
         assert str(refusal).startswith(parameter.name)
         assert '\n' not in str(refusal)
         return
@@ -52,7 +52,7 @@ def test_a_value_comes_back_finite_and_in_range_or_is_refused_by_name(parameter,
     ({'payload.mass': float('nan')}, 'give a finite number'),
 ])
 def test_a_wrong_value_is_refused_with_the_way_out(given_values, words):
-    with pytest.raises(Refusal) as refusal:
+    with pytest.raises(InputError) as refusal:
         complete(SIM_PARAMETERS, given_values)
     assert words in str(refusal.value)
 

@@ -8,7 +8,7 @@ import pytest
 
 from ur5_ros.config.records import Meta, Record, as_data, validate
 from ur5_ros.config.strict_yaml import parse_yaml
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 
 class Wheel(Record, kw_only=True):
@@ -113,7 +113,7 @@ def test_numbers_with_an_exponent_are_numbers_as_in_yaml_1_2(text):
     ({'a\nb': 1.0}, "'a\\nb': unknown key"),
 ])
 def test_what_is_wrong_is_refused_in_one_line(change, words):
-    with pytest.raises(Refusal) as refusal:
+    with pytest.raises(InputError) as refusal:
         validate(Cart, CART | change, 'cart.yaml')
     message = str(refusal.value)
     assert message.startswith('cart.yaml: ') and words in message and '\n' not in message
@@ -121,7 +121,7 @@ def test_what_is_wrong_is_refused_in_one_line(change, words):
 
 @pytest.mark.parametrize('data', [None, [], 'text', 3])
 def test_what_is_no_mapping_is_no_record(data):
-    with pytest.raises(Refusal, match='cart.yaml: the document: give keys with values'):
+    with pytest.raises(InputError, match='cart.yaml: the document: give keys with values'):
         validate(Cart, data, 'cart.yaml')
 
 

@@ -10,7 +10,7 @@ from ur5_ros.control.controller import Controller
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.control.tolerances import JointTolerance
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES, ArmState
 
 HOME = np.deg2rad([20.0, -75.0, 90.0, -105.0, -80.0, 15.0])
@@ -36,7 +36,7 @@ def asked(wish):
     refused = False
     try:
         wish(controller)
-    except Refusal as refusal:
+    except InputError as refusal:
         refused = True
         assert str(refusal)
         assert '\n' not in str(refusal)
@@ -108,7 +108,7 @@ def test_any_sequence_of_states(rows):
         state = ArmState(stamp, np.array(q), np.array(qd), ZERO)
         try:
             answer = controller.update(state)
-        except Refusal as refusal:
+        except InputError as refusal:
             assert 'not answered' in str(refusal)
             continue
         assert np.all(np.abs(answer.torque.total) <= controller.arm.limits.effort * (1 + 1e-12))

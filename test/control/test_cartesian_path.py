@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from ur5_ros.config import load_arm
 from ur5_ros.control.cartesian_path import TURN_LENGTH, speed_path, stamped_path
 from ur5_ros.control.targets import pose_matrix
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 
 ARM = load_arm('ur5')
@@ -159,7 +159,7 @@ def test_a_path_is_approached_followed_and_held(holding, close_loop):
 def test_a_path_that_cannot_be_followed_is_refused_before_the_arm_moves(
         holding, close_loop, offsets, stamps, words):
     controller, plant = holding(HOME, 500)
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InputError, match=words):
         controller.path(straight(*offsets), stamps)
     run = close_loop(controller, plant, 10)
     assert_allclose(run.reference, np.tile(HOME, (10, 1)), atol=0.0)
@@ -168,7 +168,7 @@ def test_a_path_that_cannot_be_followed_is_refused_before_the_arm_moves(
 
 def test_a_path_that_begins_beyond_max_joint_jump_is_refused(holding):
     controller, _ = holding(HOME + [2.0, 0, 0, 0, 0, 0], 500, max_joint_jump=1.0)
-    with pytest.raises(Refusal, match=r'would have to turn by 2\.0000 rad to the first pose'):
+    with pytest.raises(InputError, match=r'would have to turn by 2\.0000 rad to the first pose'):
         controller.path(straight([0, 0, 0], [0.1, 0, 0]), [0, 0])
 
 
@@ -179,7 +179,7 @@ def test_a_path_through_the_wrist_singularity_is_refused(holding):
     end[4] = -begin[4]  # the same tool, turned through sin q5 = 0
     controller, _ = holding(begin, 500)
     poses = forward_kinematics(np.array([begin, end]), ARM)
-    with pytest.raises(Refusal, match=r'sample \d+ of \d+ .*(singularity|branch)'):
+    with pytest.raises(InputError, match=r'sample \d+ of \d+ .*(singularity|branch)'):
         controller.path(poses, [0, 0])
 
 
@@ -189,5 +189,5 @@ def test_a_path_in_base_link_is_turned_by_half_a_turn(holding):
     poses = np.matmul(turned, straight([0, 0, 0], [0.05, 0, 0]))
     controller.path(poses, [0, 0], 'base_link')
     assert controller.status()['state'] == 'moving'
-    with pytest.raises(Refusal, match="frame 'world' is not known"):
+    with pytest.raises(InputError, match="frame 'world' is not known"):
         controller.path(poses, [0, 0], 'world')

@@ -4,9 +4,9 @@ from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import list_experiments, load_experiment, parse_experiment
-from ur5_ros.control.experiment import experiment_motion, initial_positions
+from ur5_ros.control.experiment import experiment_trajectory, initial_positions
 from ur5_ros.control.tool_motion import singularity_distance
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.regressor import dynamics_regressor
 from ur5_ros.signals import stamp_of_period
@@ -27,7 +27,7 @@ start_degrees: [0.0, -90.0, 90.0, -90.0, -90.0, 0.0]
 
 def table(name, arm_name='ur5', rate=RATE):
     spec = load_experiment(name)
-    motion = experiment_motion(spec, load_arm(arm_name), rate, 0.02).motion
+    motion = experiment_trajectory(spec, load_arm(arm_name), rate, 0.02).motion
     times = np.arange(int(spec.duration * rate) + 1)
     rows = [motion.at(int(i) * 1_000_000_000 // rate) for i in times]
     return times / rate, *(np.array(part) for part in zip(*rows, strict=True))
@@ -108,7 +108,7 @@ def test_the_arm_begins_where_the_profile_begins_plus_the_initial_error():
 def test_stamps_between_the_rows_of_the_table_get_the_motion_itself(name):
     # a robot's clock does not tick on our grid; the witness is a table whose grid it is on
     spec, arm = load_experiment(name), load_arm('ur5')
-    coarse, fine = (experiment_motion(spec, arm, rate, 0.02).motion for rate in (1000, 7000))
+    coarse, fine = (experiment_trajectory(spec, arm, rate, 0.02).motion for rate in (1000, 7000))
     for i in range(1, round(spec.duration * 7000), 3331):
         time = i * 1_000_000_000 // 7000
         for one, two, atol in zip(coarse.at(time), fine.at(time), (1e-9, 1e-9, 1e-6),
@@ -118,7 +118,8 @@ def test_stamps_between_the_rows_of_the_table_get_the_motion_itself(name):
 
 def test_a_time_on_the_grid_gives_the_same_bits_whatever_the_grid():
     spec, arm = load_experiment('kebria_fig11'), load_arm('ur5')
-    tables = [experiment_motion(spec, arm, rate, 0.02).motion for rate in (125, 500, 1000, 2000)]
+    tables = [experiment_trajectory(spec, arm, rate, 0.02).motion
+              for rate in (125, 500, 1000, 2000)]
     for k in range(0, 20 * 125, 61):
         rows = [np.concatenate(table.at(k * 8_000_000)).tobytes() for table in tables]
         assert rows.count(rows[0]) == len(rows)
@@ -126,7 +127,7 @@ def test_a_time_on_the_grid_gives_the_same_bits_whatever_the_grid():
 
 def test_stamps_rounded_to_nanoseconds_stay_on_the_grid():
     spec, arm = load_experiment('kebria_fig11'), load_arm('ur5')
-    motion = experiment_motion(spec, arm, 300, 0.02).motion
+    motion = experiment_trajectory(spec, arm, 300, 0.02).motion
     for first in (1, 2, 3):  # the same period after starts whose stamps were rounded otherwise
         time = stamp_of_period(first + 1000, 300) - stamp_of_period(first, 300)
         assert motion.at(time).q.tobytes() == motion.at(round(1000 / 300 * 1e9)).q.tobytes()
@@ -150,7 +151,7 @@ def test_the_exciting_trajectory_tells_all_parameters_apart():
 def test_a_file_of_ones_own_is_an_experiment(tmp_path):
     path = tmp_path / 'mine.yaml'
     path.write_text(TEXT)
-    motion = experiment_motion(load_experiment(str(path)), load_arm('ur5'), 100, 0.02).motion
+    motion = experiment_trajectory(load_experiment(str(path)), load_arm('ur5'), 100, 0.02).motion
     assert_allclose(motion.at(490_000_000).q[0], 0.0)
     assert_allclose(motion.at(500_000_000).q[0], 0.1)
 
@@ -163,9 +164,9 @@ def test_a_file_of_ones_own_is_an_experiment(tmp_path):
     ('step: [0.1,', 'step: [9.0,', 'needs shoulder_pan_joint at 9.0000 rad'),
 ])
 def test_a_wrong_file_is_refused_with_the_reason(old, new, words):
-    with pytest.raises(Refusal, match=words):
-        experiment_motion(parse_experiment(TEXT.replace(old, new), 'mine.yaml'),
-                          load_arm('ur5'), 100, 0.02)
+    with pytest.raises(InputError, match=words):
+        experiment_trajectory(parse_experiment(TEXT.replace(old, new), 'mine.yaml'),
+                              load_arm('ur5'), 100, 0.02)
 
 
 def test_a_profile_through_a_singularity_is_refused_with_the_sample():
@@ -178,8 +179,8 @@ leg_time: 2.0
 start_degrees: [0.0, -45.0, 60.0, -105.0, -90.0, 0.0]
 corners: [[0.0, 0.0, 0.0], [-0.5, 0.0, 0.0]]
 """
-    with pytest.raises(Refusal, match=r'sample \d+ of 201 .* comes within .* of a singularity'):
-        experiment_motion(parse_experiment(text, 'reach.yaml'), load_arm('ur5'), 100, 0.3)
+    with pytest.raises(InputError, match=r'sample \d+ of 201 .* comes within .* of a singularity'):
+        experiment_trajectory(parse_experiment(text, 'reach.yaml'), load_arm('ur5'), 100, 0.3)
 
 
 def test_a_profile_that_begins_in_a_singularity_is_refused_whatever_the_margin():
@@ -193,9 +194,9 @@ start_degrees: [0.0, -90.0, 90.0, -90.0, 0.0, 0.0]
 corners: [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
 """
     spec = parse_experiment(text, 'straight.yaml')
-    with pytest.raises(Refusal, match='sample 1 of 201 .* singularity'):
-        experiment_motion(spec, load_arm('ur5'), 100, 0.0)
-    with pytest.raises(Refusal, match='sample 1 of 1 .* singularity'):
+    with pytest.raises(InputError, match='sample 1 of 201 .* singularity'):
+        experiment_trajectory(spec, load_arm('ur5'), 100, 0.0)
+    with pytest.raises(InputError, match='sample 1 of 1 .* singularity'):
         initial_positions(spec, load_arm('ur5'))
 
 
@@ -210,8 +211,8 @@ start_degrees: [20.0, -75.0, 90.0, -105.0, -80.0, 15.0]
 centre: [0.0, 0.0, 0.1]
 normal: [0.0, 0.0, 1.0]
 """
-    with pytest.raises(Refusal, match='make no circle'):
-        experiment_motion(parse_experiment(text, 'point.yaml'), load_arm('ur5'), 100, 0.02)
+    with pytest.raises(InputError, match='make no circle'):
+        experiment_trajectory(parse_experiment(text, 'point.yaml'), load_arm('ur5'), 100, 0.02)
 
 
 def test_ramps_longer_than_the_experiment_and_lost_files_are_refused():
@@ -226,9 +227,9 @@ ramp_down: 2.0
 start_degrees: [0.0, -90.0, 90.0, -90.0, -90.0, 0.0]
 joints: {elbow_joint: [{amplitude: 0.1, frequency: 1.0}]}
 """
-    with pytest.raises(Refusal, match='take 4 s of 3 s; make the duration longer'):
+    with pytest.raises(InputError, match='take 4 s of 3 s; make the duration longer'):
         parse_experiment(text, 'short.yaml')
-    with pytest.raises(Refusal, match='no experiment file ./lost.yaml'):
+    with pytest.raises(InputError, match='no experiment file ./lost.yaml'):
         load_experiment('./lost.yaml')
 
 
@@ -236,10 +237,11 @@ def test_without_a_ramp_the_motion_begins_at_speed():
     text = TEXT.replace('kind: joint_step', 'kind: joint_waves').replace('at: 0.5', 'ramp: 0.0')
     text = text.replace('step: [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]',
                         'joints: {elbow_joint: [{amplitude: 0.1, frequency: 1.0}]}')
-    motion = experiment_motion(parse_experiment(text, 'a.yaml'), load_arm('ur5'), 100, 0.02).motion
+    spec = parse_experiment(text, 'a.yaml')
+    motion = experiment_trajectory(spec, load_arm('ur5'), 100, 0.02).motion
     assert_allclose(motion.at(0).qd[2], 0.2 * np.pi)
 
 
 def test_an_unknown_experiment_is_refused_with_those_that_exist():
-    with pytest.raises(Refusal, match='kebria_fig11'):
+    with pytest.raises(InputError, match='kebria_fig11'):
         load_experiment('kebria')

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from ur5_ros.control.gains import error_poles, gains_from, sampled_radius
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 positive = st.floats(1e-3, 1e4)
 
@@ -47,7 +47,7 @@ def test_any_symmetric_positive_definite_gains_are_stable(seed, decade):
     ((np.eye(6) + 2.0 * (np.eye(6, k=1) + np.eye(6, k=-1))).ravel(), [10.0], 'eigenvalue'),
 ])
 def test_gains_that_do_not_let_every_error_die_out_are_refused_with_the_number(kp, kd, words):
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InputError, match=words):
         gains_from(kp, kd)
 
 

@@ -9,7 +9,7 @@ from scipy.interpolate import BPoly, CubicHermiteSpline
 
 from ur5_ros.config import load_arm
 from ur5_ros.control.joint_trajectory import TrajectoryPoint, check_points, joint_spline
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES, Reference
 
 ARM = load_arm('ur5')
@@ -83,7 +83,7 @@ def test_a_first_point_due_now_and_near_is_bridged_not_jumped_to():
 
 
 def test_a_first_point_due_now_and_far_is_refused():
-    with pytest.raises(Refusal, match=r'would jump by 0\.5000 rad; at most 0\.1 is bridged'):
+    with pytest.raises(InputError, match=r'would jump by 0\.5000 rad; at most 0\.1 is bridged'):
         joint_spline([point(0, ZERO + 0.5, ZERO), point(1, ZERO, ZERO)], ORDER, STILL, 0, ARM)
 
 
@@ -106,9 +106,9 @@ def test_a_trajectory_stamped_ahead_is_reached_at_its_time():
 
 
 def test_too_fast_or_too_far_is_refused_with_joint_and_time():
-    with pytest.raises(Refusal, match=r'shoulder_pan_joint at .* rad/s; its limit is 3\.142'):
+    with pytest.raises(InputError, match=r'shoulder_pan_joint at .* rad/s; its limit is 3\.142'):
         joint_spline([point(0.2, [1.0, 0, 0, 0, 0, 0], ZERO)], ORDER, STILL, 0, ARM)
-    with pytest.raises(Refusal, match='wrist_3_joint at .* rad; its limits'):
+    with pytest.raises(InputError, match='wrist_3_joint at .* rad; its limits'):
         joint_spline([point(9, [0, 0, 0, 0, 0, 7.0], ZERO)], ORDER, STILL, 0, ARM)
 
 
@@ -131,7 +131,7 @@ GOOD = [point(1, ZERO, ZERO), point(2, ZERO, ZERO)]
     (GOOD, 7 * S, 'ended 1.000 s ago'),
 ])
 def test_what_the_joint_trajectory_controller_refuses_is_refused(points, stamp, words):
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InputError, match=words):
         check_points(points, 6, stamp, 10 * S, False)
 
 
@@ -147,9 +147,9 @@ def test_a_newer_trajectory_replaces_the_older_and_wrong_names_are_refused(holdi
     controller.joint_trajectory(JOINT_NAMES, [point(5, ZERO, ZERO)])
     close_loop(controller, plant, 500)
     controller.joint_trajectory(JOINT_NAMES[::-1], [point(1, ZERO - 1.0, ZERO)])
-    with pytest.raises(Refusal, match="unknown joint 'joint_7'"):
+    with pytest.raises(InputError, match="unknown joint 'joint_7'"):
         controller.joint_trajectory([*JOINT_NAMES[:5], 'joint_7'], [point(1, ZERO, ZERO)])
-    with pytest.raises(Refusal, match='joint wrist_3_joint is missing'):
+    with pytest.raises(InputError, match='joint wrist_3_joint is missing'):
         controller.joint_trajectory(JOINT_NAMES[:5], [point(1, ZERO[:5], ZERO[:5])])
     run = close_loop(controller, plant, 600)
     assert_allclose(run.reference[-1], -1.0)

@@ -8,7 +8,7 @@ from ur5_ros.config import load_arm
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.gains import gains_from
 from ur5_ros.control.law import effort_scale, torque_of, within_limits
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import gravity_torque, inertia_matrix
 from ur5_ros.model.kinematics import jacobian
 from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
@@ -123,7 +123,7 @@ def test_gains_change_while_it_runs_and_bad_ones_leave_the_old(holding, close_lo
             ({'kq': 1.0}, "unknown parameter 'kq'"),
             ({'mode': 'magic'}, 'give one of: computed_torque'),
             ({'kp': [30.0], 'kd': [float('nan')]}, 'kd is nan; give a finite number')):
-        with pytest.raises(Refusal, match=words):
+        with pytest.raises(InputError, match=words):
             controller.change(changes)
     assert controller.parameters['kp'] == [25.0]
     plant.step(torque.total)
@@ -134,12 +134,12 @@ def test_gains_change_while_it_runs_and_bad_ones_leave_the_old(holding, close_lo
 def test_damping_that_a_held_torque_turns_into_shaking_is_refused_with_what_it_stands():
     # wrist 3 of the paper's arm has no rotor: 1e-4 kg m^2 stand 2 M / h = 0.2 N m s/rad
     words = r'kd of wrist_3_joint is 10 N m s/rad; for arm ur5 give at most about \[.*, 0\.1\]'
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InputError, match=words):
         Controller({'mode': 'gravity_pd'}, 1000)
 
 
 def test_stiffness_that_a_held_torque_turns_into_shaking_is_refused():
-    with pytest.raises(Refusal, match=r'unstable \(spectral radius .*\); lower kp'):
+    with pytest.raises(InputError, match=r'unstable \(spectral radius .*\); lower kp'):
         Controller({'mode': 'impedance', 'arm': 'ur5_real', 'kp': [1e7], 'kd': [100.0]}, 1000)
 
 

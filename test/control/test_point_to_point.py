@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
 from ur5_ros.control.point_to_point import MotionLimits, point_to_point, smooth_stop
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import Reference
 
 ARM = load_arm('ur5')
@@ -73,19 +73,19 @@ def test_staying_where_one_is_takes_no_time():
 def test_a_target_beyond_a_limit_is_refused_by_name():
     still = Reference(np.zeros(6), np.zeros(6), np.zeros(6))
     words = 'elbow_joint would go to 6.5000 rad; its limits are -6.2832'
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InputError, match=words):
         point_to_point(still, np.array([0.0, 0.0, 6.5, 0.0, 0.0, 0.0]), LIMITS, ARM)
 
 
 def test_a_way_that_shoots_beyond_a_limit_is_refused():
     fast = Reference(np.full(6, 6.2), np.full(6, 1.0), np.zeros(6))
-    with pytest.raises(Refusal, match='would go to'):
+    with pytest.raises(InputError, match='would go to'):
         point_to_point(fast, np.full(6, 6.1), LIMITS, ARM)
 
 
 def test_a_start_that_nothing_can_stop_is_refused_in_one_line():
     mad = Reference(np.zeros(6), np.array([0, 0, 0, 0, 0, 1e9]), np.zeros(6))
-    with pytest.raises(Refusal, match='from 1e.09 rad/s of wrist_3_joint; ask again from rest'):
+    with pytest.raises(InputError, match='from 1e.09 rad/s of wrist_3_joint; ask again from rest'):
         smooth_stop(mad, LIMITS)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from ur5_ros.control.controller import Controller
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.signals import JOINT_NAMES
 
@@ -30,7 +30,7 @@ def test_a_thousand_random_poses_are_reached_or_refused(close_loop, exact_arm):
         before = controller.update(plant.state).reference
         try:
             controller.target_pose(pose)
-        except Refusal as refusal:
+        except InputError as refusal:
             refusals.append(str(refusal))
             assert controller.update(plant.state).reference is before
             continue

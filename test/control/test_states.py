@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from ur5_ros.control.controller import Controller
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES, ArmState
 
 RATE = 500
@@ -61,12 +61,12 @@ def test_a_state_that_is_not_finite_is_answered_from_the_last_good_one(bad):
 
 def test_with_nothing_to_believe_there_is_no_answer():
     controller = Controller({}, RATE)
-    with pytest.raises(Refusal, match='not finite .* at stamp 2000000 ns; not answered'):
+    with pytest.raises(InputError, match='not finite .* at stamp 2000000 ns; not answered'):
         controller.update(state(1, HOME * np.nan))
     controller.update(state(2))
     for k in range(3, 13):
         controller.update(state(k, HOME * np.nan))
-    with pytest.raises(Refusal, match='not answered'):
+    with pytest.raises(InputError, match='not answered'):
         controller.update(state(13, HOME * np.nan))
     assert controller.update(state(14)).status == 'holding'
 
@@ -179,7 +179,7 @@ def mishap(rng, k):
 def outcome(controller, given):
     try:
         answer = controller.update(given)
-    except Refusal as refusal:
+    except InputError as refusal:
         return str(refusal)
     return (answer.stamp, answer.parts.tobytes(), answer.status, answer.limited,
             *(part.tobytes() for part in answer.reference))

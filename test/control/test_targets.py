@@ -4,7 +4,7 @@ from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
 from ur5_ros.control.targets import in_base, pose_matrix, solve_pose
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.signals import JOINT_NAMES
 
@@ -14,11 +14,11 @@ TURNED = np.diag([-1.0, -1.0, 1.0, 1.0])
 
 @pytest.mark.fault(23)
 def test_a_quaternion_that_is_not_normalised_is_refused_with_its_norm():
-    with pytest.raises(Refusal, match='norm 2; give one of norm 1'):
+    with pytest.raises(InputError, match='norm 2; give one of norm 1'):
         pose_matrix([0, 0, 0], [0, 0, 0, 2.0])
-    with pytest.raises(Refusal, match='norm 0'):
+    with pytest.raises(InputError, match='norm 0'):
         pose_matrix([0, 0, 0], [0, 0, 0, 0])
-    with pytest.raises(Refusal, match='finite'):
+    with pytest.raises(InputError, match='finite'):
         pose_matrix([0, np.nan, 0], [0, 0, 0, 1])
 
 
@@ -35,14 +35,15 @@ def test_base_link_is_base_turned_by_half_a_turn_and_other_frames_are_refused():
     assert_allclose(in_base(pose, 'base_link'), TURNED @ pose)
     assert_allclose(in_base(pose, 'left_base_link', 'left_'), TURNED @ pose)
     for frame in ('', 'tool0', 'Base', 'left_base'):
-        with pytest.raises(Refusal, match=f'frame {frame!r} is not known; .* base or base_link'):
+        with pytest.raises(InputError,
+                           match=f'frame {frame!r} is not known; .* base or base_link'):
             in_base(pose, frame)
 
 
 def test_a_matrix_that_is_no_rotation_is_refused():
     mirrored = np.diag([1.0, 1.0, -1.0, 1.0])
     for bad in (mirrored, 2.0 * np.eye(4), np.eye(3), np.full((4, 4), np.nan)):
-        with pytest.raises(Refusal):
+        with pytest.raises(InputError):
             in_base(bad, 'base')
 
 
@@ -93,7 +94,7 @@ def test_a_pose_that_needs_another_branch_is_refused_never_flipped_to(holding):
     controller, _ = holding(HOME)
     pose = forward_kinematics(HOME + [2.5, 0, 0, 0, 0, 0], controller.arm)
     controller.change({'max_joint_jump': 1.0})
-    with pytest.raises(Refusal, match='max_joint_jump is 1: go there in steps'):
+    with pytest.raises(InputError, match='max_joint_jump is 1: go there in steps'):
         controller.target_pose(pose)
     assert controller.status()['state'] == 'refused'
     assert 'target_pose: ' in controller.status()['last_refusal']
@@ -103,7 +104,7 @@ def test_a_pose_that_needs_another_branch_is_refused_never_flipped_to(holding):
 @pytest.mark.fault(23, 24)
 def test_a_pose_out_of_reach_is_refused(holding):
     controller, _ = holding(HOME)
-    with pytest.raises(Refusal, match='out of reach'):
+    with pytest.raises(InputError, match='out of reach'):
         controller.target_pose(pose_matrix([2.0, 0.0, 0.5], [0, 0, 0, 1]))
 
 
@@ -132,7 +133,7 @@ def test_the_choice_of_branch_is_published(holding):
 def test_wrong_joint_targets_are_refused_and_the_arm_stays(holding, close_loop, names, positions,
                                                            words):
     controller, plant = holding(HOME)
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InputError, match=words):
         controller.target_joints(names, positions)
     run = close_loop(controller, plant, 10)
     assert_allclose(run.reference, np.tile(HOME, (10, 1)), atol=0.0)
@@ -145,5 +146,6 @@ def test_joints_are_matched_by_name_prefix_included(holding, close_loop):
     run = close_loop(controller, plant, 1500)
     assert_allclose(run.reference[-1], target)
     assert_allclose(run.q[-1], target, atol=1e-3)
-    with pytest.raises(Refusal, match="unknown joint 'shoulder_pan_joint'; the joints are: left_"):
+    with pytest.raises(InputError,
+                       match="unknown joint 'shoulder_pan_joint'; the joints are: left_"):
         controller.target_joints(JOINT_NAMES, target)

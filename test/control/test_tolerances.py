@@ -12,7 +12,7 @@ from ur5_ros.control.tolerances import (
     judge,
     resolve_tolerances,
 )
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 S = 1_000_000_000
@@ -71,7 +71,7 @@ def test_zero_keeps_the_default_and_minus_one_removes_the_limit():
     ({'goal_time': float('nan')}, 'goal_time_tolerance is nan'),
 ])
 def test_wrong_tolerances_are_refused(given, words):
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InputError, match=words):
         resolve_tolerances(DEFAULT, **given)
 
 
@@ -134,7 +134,7 @@ def test_a_goal_is_preempted_by_anything_newer(holding, close_loop, by):
 def test_a_refused_goal_leaves_the_one_that_is_on(holding, close_loop):
     controller, plant = holding(HOME)
     number = controller.follow_joint_trajectory(*goal())
-    with pytest.raises(Refusal):
+    with pytest.raises(InputError):
         controller.follow_joint_trajectory(JOINT_NAMES, [])
     close_loop(controller, plant, 600)
     assert controller.goal_verdict(number).code == ResultCode.SUCCESSFUL

@@ -10,7 +10,7 @@ from hostile import NUMBERS, TEXTS, hostile_command
 from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.control.controller import Controller
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.messages import EffortReader, StateReader
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_gate import CommandGate
@@ -31,7 +31,7 @@ def test_no_command_brings_the_plant_out_of_the_finite(times, record_property):
         now[0] += 0.001
         try:
             stamp, names, effort = reader.read(hostile_command(dice, plant.stamp))
-        except Refusal as refusal:
+        except InputError as refusal:
             assert '\n' not in str(refusal)
             refused += 1
             continue
@@ -76,7 +76,7 @@ def test_no_state_brings_an_answer_that_is_not_finite(times, record_property):
             data[dice.randrange(len(data))] ^= 1 << dice.randrange(8)
         try:
             answer = controller.update(reader.read(bytes(data)))
-        except Refusal as refusal:
+        except InputError as refusal:
             assert '\n' not in str(refusal)
             refused += 1
             continue
@@ -108,7 +108,7 @@ def test_no_parameter_set_is_taken_that_is_out_of_range(times, record_property):
                 complete(table, wrong)
                 for name, value in wrong.items():
                     change(name, value)
-            except Refusal as refusal:
+            except InputError as refusal:
                 assert '\n' not in str(refusal)
                 refused += 1
     for _ in range(50):

@@ -14,7 +14,7 @@ from ur5_ros.cdr.recorded_types import schema_text
 from ur5_ros.config import arm_text, config_folder, parse_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.validation import load_marks
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.parameters import check_sections, read_files
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sweep.spec import parse_sweep
@@ -52,7 +52,7 @@ def test_no_mutilated_file_gets_past_its_reader(times, tmp_path, record_property
             tried += 1
             try:
                 read(mutilate(text, dice))
-            except Refusal as refusal:
+            except InputError as refusal:
                 assert '\n' not in str(refusal)
                 refused += 1
     record_property('mutilated YAML files', tried)
@@ -100,7 +100,7 @@ def test_no_mutilated_bag_is_believed(times, tmp_path, record_property):
             assert problems or {tuple(row) for row in rows} == truth
             if problems and number % 10 == 0:
                 mended += recover(path, tmp_path / f'mended_{number}').out is not None
-        except Refusal as refusal:
+        except InputError as refusal:
             assert '\n' not in str(refusal)
             refused += 1
     record_property('mutilated bags', count)

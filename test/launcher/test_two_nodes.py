@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.launcher.node_processes import (
     NodeProcesses,
     claim_domain,
@@ -20,7 +20,7 @@ from ur5_ros.launcher.node_processes import (
 from ur5_ros.launcher.progress import BagGrowth
 from ur5_ros.launcher.two_nodes import run_two_nodes
 from ur5_ros.loop.closed_loop import run_closed_loop
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 
 #: Topics whose content depends on the wall clock or on the run's name.
 OWN = {'/diagnostics', '/ur5_sim/run'}
@@ -30,7 +30,7 @@ OWN = {'/diagnostics', '/ur5_sim/run'}
 def both(tmp_path_factory):
     """The same plan recorded by the nodes, beside a busy loop, and by the loop."""
     folder = tmp_path_factory.mktemp('runs')
-    plan = plan_run(duration=1.5)
+    plan = run_config(duration=1.5)
     busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
     told = []
     try:
@@ -86,9 +86,9 @@ def test_growth_stops_at_what_is_not_yet_written(both, tmp_path):
 
 
 def test_a_node_that_ends_early_is_told_with_its_own_words(tmp_path):
-    plan = plan_run(duration=0.5)
+    plan = run_config(duration=0.5)
     plan.control['experiment'] = 'fig12'
-    with pytest.raises(Refusal, match='fig12'):
+    with pytest.raises(InputError, match='fig12'):
         run_two_nodes(plan, tmp_path)
     assert 'fig12' in (tmp_path / 'control.log').read_text()
 

@@ -6,11 +6,11 @@ import pytest
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.validate import validate
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import full_loop, run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.rollout import fast_lane
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.rollout import rollout
+from ur5_ros.loop.run_config import run_config
 
 ORDINARY = {
     'the paper': {},
@@ -53,8 +53,8 @@ def arrays(run):
 
 @pytest.mark.parametrize('case', ORDINARY)
 def test_the_short_way_gives_the_bits_of_the_long_way(case):
-    plan = plan_run(duration=0.6, **ORDINARY[case])
-    short, long = fast_lane(plan), full_loop(plan)
+    plan = run_config(duration=0.6, **ORDINARY[case])
+    short, long = rollout(plan), full_loop(plan)
     assert short is not None
     for a, b in zip(arrays(short), arrays(long), strict=True):
         assert a.shape == b.shape and a.tobytes() == b.tobytes()
@@ -68,24 +68,24 @@ def test_the_short_way_gives_the_bits_of_the_long_way(case):
 
 
 def test_a_run_does_not_depend_on_the_run_before():
-    plans = [plan_run(duration=0.2, **ORDINARY[case]) for case in (
+    plans = [run_config(duration=0.2, **ORDINARY[case]) for case in (
         'the paper', 'rotor inertia', 'the paper', 'a payload that the law does not know',
         'two steps a period', 'the paper', 'everything at once', 'everything at once')]
-    digests = [[array.tobytes() for array in arrays(fast_lane(plan))] for plan in plans]
+    digests = [[array.tobytes() for array in arrays(rollout(plan))] for plan in plans]
     assert digests[0] == digests[2] == digests[5] and digests[6] == digests[7]
     assert digests[0] != digests[3]
 
 
 @pytest.mark.parametrize('case', OTHER)
 def test_what_is_not_ordinary_takes_the_long_way(case):
-    plan = plan_run(duration=0.3, **OTHER[case])
-    assert fast_lane(plan) is None
+    plan = run_config(duration=0.3, **OTHER[case])
+    assert rollout(plan) is None
     run = run_closed_loop(plan)
     assert len(run.stamp) == 300 and np.isfinite(run.q).all()
 
 
 def test_the_loop_obeys_the_sampled_error_equation_and_newtons():
-    run = as_run(run_closed_loop(plan_run(duration=2.0)))
+    run = as_run(run_closed_loop(run_config(duration=2.0)))
     result = validate(run)
     for name in ('residual, controller arm', 'residual, simulator arm', 'error step',
                  'error recursion'):
@@ -93,7 +93,7 @@ def test_the_loop_obeys_the_sampled_error_equation_and_newtons():
 
 
 def test_bags_and_memory_hold_the_same_run(tmp_path):
-    plan = plan_run(duration=0.4, sim={'noise.velocity': 1e-3, 'delay.command_periods': 1})
+    plan = run_config(duration=0.4, sim={'noise.velocity': 1e-3, 'delay.command_periods': 1})
     loop = run_closed_loop(plan, tmp_path / 'run')
     memory, read = as_run(loop), load_run(tmp_path / 'run')
     assert memory.stamp.tolist() == read.stamp.tolist()
@@ -106,16 +106,16 @@ def test_bags_and_memory_hold_the_same_run(tmp_path):
 
 
 def test_a_recorded_run_is_not_overwritten(tmp_path):
-    plan = plan_run(duration=0.05)
+    plan = run_config(duration=0.05)
     run_closed_loop(plan, tmp_path / 'run')
     before = {path: path.read_bytes() for path in (tmp_path / 'run').rglob('*.*')}
-    with pytest.raises(Refusal, match='exists'):
+    with pytest.raises(InputError, match='exists'):
         run_closed_loop(plan, tmp_path / 'run')
     assert {path: path.read_bytes() for path in (tmp_path / 'run').rglob('*.*')} == before
 
 
 def test_both_bags_say_what_they_are(tmp_path):
-    run_closed_loop(plan_run(duration=0.05, control_arm='ur5_kebria2016'), tmp_path / 'run')
+    run_closed_loop(run_config(duration=0.05, control_arm='ur5_kebria2016'), tmp_path / 'run')
     sim, control = open_bag(tmp_path / 'run' / 'sim'), open_bag(tmp_path / 'run' / 'control')
     assert sim.description['run'] == control.description['run'] == 'run'
     assert (sim.description['arm_name'], control.description['arm_name']) == (
@@ -136,5 +136,5 @@ def test_both_bags_say_what_they_are(tmp_path):
     ({'sim': {'payload.mass': -1.0}}, 'payload.mass'),
 ])
 def test_what_cannot_run_is_refused_before_it_runs(wish, named):
-    with pytest.raises(Refusal, match=named):
-        plan_run(**wish)
+    with pytest.raises(InputError, match=named):
+        run_config(**wish)

@@ -6,11 +6,11 @@ import pytest
 from ur5_ros.analysis.comparison import compare
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.bag.fingerprint import fingerprint
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.repeat import recontrol, resimulate
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 
 KINDS = {
     'plain': {},
@@ -26,7 +26,7 @@ KINDS = {
 
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_recording_repeats_in_both_directions(kind, tmp_path):
-    run_closed_loop(plan_run(duration=0.4, **KINDS[kind]), tmp_path / 'run')
+    run_closed_loop(run_config(duration=0.4, **KINDS[kind]), tmp_path / 'run')
     run = load_run(tmp_path / 'run')
     for found in (resimulate(run), recontrol(run)):
         assert found.equal, found.sentence
@@ -38,7 +38,7 @@ def test_live_changes_wrenches_and_resets_are_repeated():
     from ur5_ros.analysis.data import run as series
     from ur5_ros.config import load_arm
     from ur5_ros.sim.plant import Plant
-    plan = plan_run(duration=0.2)
+    plan = run_config(duration=0.2)
     plant = Plant(load_arm('ur5'), plan.sim)
     states, commands, events = [plant.state], [], []
     random = np.random.default_rng(1)
@@ -65,7 +65,7 @@ def test_live_changes_wrenches_and_resets_are_repeated():
 
 
 def test_a_changed_bit_is_found_and_named(tmp_path):
-    run_closed_loop(plan_run(duration=0.2), tmp_path / 'run')
+    run_closed_loop(run_config(duration=0.2), tmp_path / 'run')
     run, other = load_run(tmp_path / 'run'), load_run(tmp_path / 'run')
     other.command[100, 3] = np.nextafter(other.command[100, 3], 1e9)
     found = recontrol(other)
@@ -78,32 +78,32 @@ def test_a_changed_bit_is_found_and_named(tmp_path):
 
 
 def test_comparing_tells_where_two_runs_part_and_how_the_difference_grows():
-    run = as_run(run_closed_loop(plan_run(duration=0.3)))
-    same = compare(run, as_run(run_closed_loop(plan_run(duration=0.3))))
+    run = as_run(run_closed_loop(run_config(duration=0.3)))
+    same = compare(run, as_run(run_closed_loop(run_config(duration=0.3))))
     assert same.identical and same.same and same.parameters == {}
-    heavy = as_run(run_closed_loop(plan_run(duration=0.3, sim={'payload.mass': 1e-6})))
+    heavy = as_run(run_closed_loop(run_config(duration=0.3, sim={'payload.mass': 1e-6})))
     parted = compare(run, heavy)
     assert not parted.same
     assert parted.parameters == {'simulator payload.mass': [0.0, 1e-6]}
     position = parted.differences[0]
     assert position.quantity == 'position' and position.first_s == pytest.approx(0.001)
     assert position.growth['within 100 periods'] > position.growth['within 1 periods']
-    shorter = compare(run, as_run(run_closed_loop(plan_run(duration=0.2))))
+    shorter = compare(run, as_run(run_closed_loop(run_config(duration=0.2))))
     assert (shorter.only_a, shorter.only_b, shorter.same) == (100, 0, False)
 
 
 def test_runs_without_a_common_stamp_are_refused():
-    run = as_run(run_closed_loop(plan_run(duration=0.05)))
-    late = as_run(run_closed_loop(plan_run(duration=0.05))._replace(stamp=run.stamp + 10**9 + 7))
-    with pytest.raises(Refusal, match='no stamp in common'):
+    run = as_run(run_closed_loop(run_config(duration=0.05)))
+    late = as_run(run_closed_loop(run_config(duration=0.05))._replace(stamp=run.stamp + 10**9 + 7))
+    with pytest.raises(InputError, match='no stamp in common'):
         compare(run, late)
 
 
 def test_a_recording_with_a_gap_cannot_be_repeated(tmp_path):
-    run_closed_loop(plan_run(duration=0.1), tmp_path / 'run')
+    run_closed_loop(run_config(duration=0.1), tmp_path / 'run')
     run = load_run(tmp_path / 'run')
     holed = type(run)(**{**vars(run), 'stamp': np.delete(run.stamp, 50)})
-    with pytest.raises(Refusal, match='gap'):
+    with pytest.raises(InputError, match='gap'):
         resimulate(holed)
 
 

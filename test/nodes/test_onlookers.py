@@ -31,7 +31,7 @@ def nodes(tmp_path):
 
 def test_an_onlooker_who_comes_late_misses_nothing_once_it_is_seen(nodes):
     speaker, onlooker = nodes
-    publish = WaitSetLoop(speaker).publisher_where_heard(Clock, '/told', HEARD)
+    publish = WaitSetLoop(speaker).lazy_publisher(Clock, '/told', HEARD)
     publish(encode_clock(1))  # to nobody
     loop = WaitSetLoop(onlooker)
     loop.subscribe(Clock, '/told', HEARD)

@@ -13,7 +13,7 @@ from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.control.targets import pose_matrix
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals, Throttle
 from ur5_ros.nodes.ros.environment import check_environment
@@ -46,7 +46,7 @@ def test_any_order_of_names_gives_the_same_joints(names):
     (JOINT_NAMES[:5], 'missing'), (JOINT_NAMES + ('seventh',), 'unknown'),
     (JOINT_NAMES[:5] + JOINT_NAMES[:1], 'twice'), ((), 'missing')])
 def test_wrong_names_are_refused_by_name(names, said):
-    with pytest.raises(Refusal, match=said):
+    with pytest.raises(InputError, match=said):
         order_of(names, JOINT_NAMES)
 
 
@@ -133,7 +133,7 @@ def test_a_full_disk_is_told_and_ends_no_recording_node(tmp_path):
 def test_a_folder_names_its_run(tmp_path):
     assert run_of(str(tmp_path / 'mine' / 'sim'), lambda: 'new') == 'mine'
     assert run_of('auto', lambda: 'new') == 'new'
-    with pytest.raises(Refusal, match='exists'):
+    with pytest.raises(InputError, match='exists'):
         run_of(str(tmp_path), lambda: 'new')
 
 
@@ -143,11 +143,11 @@ def test_requests_of_other_threads_are_done_by_the_loop_in_turn():
     done = []
 
     def refuse():
-        raise Refusal('no')
+        raise InputError('no')
 
     def ask():
         done.append(requests.call(lambda: threading.get_ident()))
-        with pytest.raises(Refusal, match='no'):
+        with pytest.raises(InputError, match='no'):
             requests.call(refuse)
         done.append('refused')
 
@@ -190,13 +190,13 @@ def test_a_throttle_lets_a_line_through_again_after_its_time():
     {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'near'}, {'ROS_STATIC_PEERS': '127.0.0.1;no..host'},
     {'FASTRTPS_DEFAULT_PROFILES_FILE': '/'}, {'FASTDDS_DEFAULT_PROFILES_FILE': '/none.xml'}])
 def test_an_environment_that_is_not_what_it_seems_is_refused(environment):
-    with pytest.raises(Refusal, match=next(iter(environment))):
+    with pytest.raises(InputError, match=next(iter(environment))):
         check_environment(environment)
 
 
 def test_a_core_that_is_none_is_refused():
     for core in ('first', '-1', '9999'):
-        with pytest.raises(Refusal, match='UR5_ROS_CORE'):
+        with pytest.raises(InputError, match='UR5_ROS_CORE'):
             pin_to_core(core)
 
 

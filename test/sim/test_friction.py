@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ur5_ros.sim.friction import resisted_change
+from ur5_ros.sim.friction import solve_friction
 
 NO_STOP = np.full(6, np.inf)
 
@@ -27,7 +27,7 @@ def problems(number, seed):
 
 def test_the_solution_fulfils_the_equation_and_the_law_of_each_joint():
     for A, drive, qd, level, lower, upper in problems(3000, seed=1):
-        delta, f = resisted_change(A, drive, qd, level, lower, upper)
+        delta, f = solve_friction(A, drive, qd, level, lower, upper)
         v = qd + delta
         size = np.abs(drive).max() + level.max() + np.abs(A * delta).max()
         np.testing.assert_allclose(A @ delta + f, drive, atol=1e-11 * size)
@@ -46,7 +46,7 @@ def test_it_is_the_least_of_the_convex_problem_that_it_claims_to_solve():
         def cost(v, A=A, drive=drive, qd=qd, level=level):
             return 0.5 * v @ A @ v - (drive + A @ qd) @ v + level @ np.abs(v)
 
-        best = qd + resisted_change(A, drive, qd, level, lower, upper)[0]
+        best = qd + solve_friction(A, drive, qd, level, lower, upper)[0]
         for scale in 10.0 ** np.arange(-6.0, 2.0):
             other = np.clip(best + scale * rng.normal(size=6), lower, upper)
             assert cost(other) >= cost(best) - 1e-9 * (abs(cost(best)) + 1.0)
@@ -57,14 +57,14 @@ def test_friction_alone_stops_a_motion_but_never_reverses_it():
     for _ in range(1000):
         inertia = np.diag(10.0 ** rng.uniform(-4.0, 1.0, 6)) / 1e-3
         qd, level = rng.normal(size=6), 10.0 ** rng.uniform(-3.0, 3.0, 6)
-        delta, _ = resisted_change(inertia, np.zeros(6), qd, level, -NO_STOP, NO_STOP)
+        delta, _ = solve_friction(inertia, np.zeros(6), qd, level, -NO_STOP, NO_STOP)
         assert (np.sign(qd + delta) * np.sign(qd) >= 0.0).all()
         assert (np.abs(qd + delta) <= np.abs(qd)).all()
 
 
 def test_without_friction_and_stops_it_is_the_plain_solution():
     for A, drive, qd, *_ in problems(100, seed=5):
-        delta, f = resisted_change(A, drive, qd, np.zeros(6), -NO_STOP, NO_STOP)
+        delta, f = solve_friction(A, drive, qd, np.zeros(6), -NO_STOP, NO_STOP)
         rounding = 1e-13 * np.abs(A * delta).max()
         np.testing.assert_allclose(A @ delta, drive, rtol=0.0, atol=rounding)
         assert not f.any()
@@ -74,7 +74,7 @@ def test_the_brake_leaves_less_energy_than_any_other_torque_within_the_limits():
     rng = np.random.default_rng(6)
     for A, drive, qd, *_ in problems(200, seed=7):
         limit = np.abs(drive).max() * 10.0 ** rng.uniform(-2.0, 1.0, 6)
-        delta, _ = resisted_change(A, drive, qd, limit, -NO_STOP, NO_STOP)
+        delta, _ = solve_friction(A, drive, qd, limit, -NO_STOP, NO_STOP)
         v = qd + delta
         for _ in range(100):
             tau = rng.uniform(-limit, limit) * rng.choice([1.0, 10.0])
@@ -86,7 +86,7 @@ def test_the_brake_leaves_less_energy_than_any_other_torque_within_the_limits():
 def test_a_stop_lets_a_joint_come_to_it_exactly_and_not_further(joint):
     lower, upper = -NO_STOP.copy(), NO_STOP.copy()
     upper[joint] = 0.25
-    delta, f = resisted_change(np.eye(6), np.full(6, 10.0), np.zeros(6), np.zeros(6), lower, upper)
+    delta, f = solve_friction(np.eye(6), np.full(6, 10.0), np.zeros(6), np.zeros(6), lower, upper)
     assert delta[joint] == 0.25
     assert f[joint] == pytest.approx(9.75)
     np.testing.assert_allclose(np.delete(delta, joint), 10.0)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES, stamp_of_period
 from ur5_ros.sim.payload import loaded_arm
 from ur5_ros.sim.plant import Plant
@@ -95,7 +95,7 @@ def test_what_the_plant_told_does_not_change_afterwards(plant_of):
 def test_a_command_that_is_not_six_finite_numbers_changes_nothing(plant_of, wrong):
     plant = plant_of()
     before = plant.truth
-    with pytest.raises(Refusal, match='six finite'):
+    with pytest.raises(InputError, match='six finite'):
         plant.step(wrong)
     assert plant.k == 1 and plant.truth is before
     assert not plant.drain_events()
@@ -119,7 +119,7 @@ def test_of_fuzzed_commands_none_reaches_the_engine_beyond_the_limits(monkeypatc
             command[rng.integers(6)] = rng.choice(bad)
         try:
             state = plant.step(command)
-        except Refusal:
+        except InputError:
             refused += 1
             continue
         assert np.isfinite(state.q).all() and np.isfinite(state.qd).all()
@@ -249,7 +249,7 @@ def test_changes_act_from_the_next_step_and_are_events(plant_of):
 def test_a_change_out_of_range_is_refused_and_changes_nothing(plant_of, name, value, reason):
     plant = plant_of()
     before = dict(plant.parameters)
-    with pytest.raises(Refusal, match=reason):
+    with pytest.raises(InputError, match=reason):
         plant.change(name, value)
     assert plant.parameters == before and not plant.drain_events()
 
@@ -261,7 +261,7 @@ def test_a_change_out_of_range_is_refused_and_changes_nothing(plant_of, name, va
     ({'initial_positions': [7.0, 0, 0, 0, 0, 0]}, 'shoulder_pan_joint 7 rad is beyond a stop'),
 ])
 def test_a_plant_that_cannot_be_is_refused_with_the_way_out(plant_of, given, reason):
-    with pytest.raises(Refusal, match=reason):
+    with pytest.raises(InputError, match=reason):
         plant_of(**given)
 
 
@@ -367,7 +367,7 @@ def test_a_wrench_in_base_link_is_turned_by_half_a_turn(plant_of):
 ])
 def test_a_senseless_wrench_is_refused(plant_of, force, frame):
     plant = plant_of()
-    with pytest.raises(Refusal):
+    with pytest.raises(InputError):
         plant.apply_wrench(force, [0.0] * 3, frame)
     assert not plant.drain_events()
 
@@ -382,7 +382,7 @@ def test_payload_adds_to_what_the_record_declares():
 def test_a_window_without_a_screen_is_refused_before_pybullet_ends_the_process(
         plant_of, monkeypatch, display):
     monkeypatch.setenv('DISPLAY', display)
-    with pytest.raises(Refusal, match='set gui to false'):
+    with pytest.raises(InputError, match='set gui to false'):
         plant_of(gui=True)
 
 
@@ -424,13 +424,13 @@ def test_a_plain_step_is_refused_while_anything_else_acts(plant_of):
     plant.step(np.zeros(6))
     plant.drain_events()
     assert plant.takes(tau)
-    for name, value, usual in (
+    for name, value, within_limits in (
             ('noise.position', 1e-4, 0.0), ('delay.command_periods', 2, 0),
             ('delay.state_periods', 2, 0), ('friction.viscous', [1.0] * 6, [0.0] * 6)):
         plant.change(name, value)
         plant.drain_events()
         assert not plant.takes(tau), name
-        plant.change(name, usual)
+        plant.change(name, within_limits)
         for _ in range(5):
             plant.step(np.zeros(6))
         plant.drain_events()

@@ -11,7 +11,7 @@ import pybullet
 import pytest
 
 from ur5_ros.config import load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.model.kinematics import link_transforms
 from ur5_ros.model.parameters import with_payload
@@ -89,12 +89,12 @@ def test_a_prefix_stands_before_every_name():
 
 
 def test_a_prefix_that_would_break_the_document_is_refused():
-    with pytest.raises(Refusal, match='tf_prefix'):
+    with pytest.raises(InputError, match='tf_prefix'):
         urdf_text(load_arm('ur5'), tf_prefix='a"><evil/>')
 
 
 def test_a_body_without_a_tensor_is_refused_with_the_way_out():
-    with pytest.raises(Refusal, match='point mass.*ur5_real'):
+    with pytest.raises(InputError, match='point mass.*ur5_real'):
         urdf_text(load_arm('ur5_controller'))
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.sweep.spec import expand, number_of_runs, parse_sweep
 
 HEAD = 'name: trial\n'
@@ -66,7 +66,7 @@ def test_cases_vary_together():
     ('duration: -1.0\n', 'duration'),
 ])
 def test_what_makes_no_sense_is_refused_by_name(text, named):
-    with pytest.raises(Refusal, match='trial.yaml') as refusal:
+    with pytest.raises(InputError, match='trial.yaml') as refusal:
         parse_sweep(HEAD + text, 'trial.yaml')
     assert named in str(refusal.value)
     assert '\n' not in str(refusal.value)

@@ -13,7 +13,7 @@ from pathlib import Path
 import polars
 import pytest
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.sweep.engine import batch_size, run_sweep
 from ur5_ros.sweep.run import check_success, plan_of, row_of
 from ur5_ros.sweep.spec import expand, load_sweep, number_of_runs, parse_sweep
@@ -168,7 +168,7 @@ def test_what_answers_and_is_no_scheduler_is_told_in_one_line(tmp_path):
         kept = []
         threading.Thread(target=greet, daemon=True).start()
         address = f'tcp://127.0.0.1:{server.getsockname()[1]}'
-        with pytest.raises(Refusal, match='no Dask scheduler answers') as refusal:
+        with pytest.raises(InputError, match='no Dask scheduler answers') as refusal:
             run_sweep(folder.spec, folder, address)
         assert '\n' not in str(refusal.value)
         for connection in kept:
@@ -179,13 +179,13 @@ def test_success_is_asked_of_numbers_that_there_are():
     check_success(spec_of())
     check_success(spec_of('name: a\nsuccess: {"joint tracking": 0.1, rms_error: 0.2}\n'))
     for judge in ('metrics', 'checks'):
-        with pytest.raises(Refusal, match="'maxerror'; there are: max_error"):
+        with pytest.raises(InputError, match="'maxerror'; there are: max_error"):
             check_success(spec_of(f'name: a\njudge: {judge}\nsuccess: {{maxerror: 0.1}}\n'))
 
 
 def test_where_nobody_answers_is_said_within_ten_seconds(cluster, tmp_path):
     folder = SweepFolder(tmp_path / 'sweep', spec_of())
-    with pytest.raises(Refusal, match='no Dask scheduler answers at ' + cluster.address):
+    with pytest.raises(InputError, match='no Dask scheduler answers at ' + cluster.address):
         run_sweep(folder.spec, folder, cluster.address)
 
 
@@ -205,7 +205,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(alone, tmp_path):
 
 def test_two_sweeps_do_not_work_in_one_folder(tmp_path):
     folder = SweepFolder(tmp_path / 'sweep', spec_of())
-    with folder.alone(), pytest.raises(Refusal, match='another ur5 sweep works'):
+    with folder.alone(), pytest.raises(InputError, match='another ur5 sweep works'):
         run_sweep(folder.spec, SweepFolder(tmp_path / 'sweep', spec_of()), workers=1)
     with folder.alone():
         assert folder.done() == set()
@@ -213,11 +213,11 @@ def test_two_sweeps_do_not_work_in_one_folder(tmp_path):
 
 def test_a_folder_of_another_sweep_is_left_alone(tmp_path):
     SweepFolder(tmp_path / 'sweep', spec_of())
-    with pytest.raises(Refusal, match='another sweep'):
+    with pytest.raises(InputError, match='another sweep'):
         SweepFolder(tmp_path / 'sweep', spec_of(SPEC.replace('0.15', '0.2')))
     (tmp_path / 'mine').mkdir()
     (tmp_path / 'mine' / 'thesis.txt').write_text('kept')
-    with pytest.raises(Refusal, match='not empty'):
+    with pytest.raises(InputError, match='not empty'):
         SweepFolder(tmp_path / 'mine', spec_of())
 
 
@@ -238,7 +238,7 @@ def test_a_folder_of_another_sweep_is_left_alone(tmp_path):
 ])
 def test_what_cannot_run_is_refused_by_name_before_anything_starts(text, named):
     spec = spec_of('name: trial\n' + text)
-    with pytest.raises(Refusal, match='.*'.join(named.split())):
+    with pytest.raises(InputError, match='.*'.join(named.split())):
         for run in expand(spec):
             plan_of(spec, run)
 

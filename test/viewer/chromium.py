@@ -19,7 +19,7 @@ OPTIONS = ('--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run',
            '--hide-scrollbars', '--remote-debugging-port=0', '--remote-allow-origins=*')
 
 #: Seconds to wait for an answer: a scene drawn in software on a busy machine takes its time.
-PATIENCE = 240.0
+DESCRIPTION_TIMEOUT = 240.0
 
 
 class Chromium:
@@ -46,7 +46,7 @@ class Chromium:
         number = next(self._ids)
         self._socket.send(json.dumps({'id': number, 'method': method, 'params': parameters}))
         while True:
-            message = json.loads(self._socket.recv(timeout=PATIENCE))
+            message = json.loads(self._socket.recv(timeout=DESCRIPTION_TIMEOUT))
             if message.get('id') == number:
                 assert 'error' not in message, message
                 return message['result']

@@ -4,11 +4,11 @@ import pytest
 
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 
 
 @pytest.fixture(scope='session')
 def run():
     """Return six seconds of the paper's experiment at 250 Hz."""
-    return as_run(run_closed_loop(plan_run(control_rate=250, physics_rate=250, duration=6.0)),
+    return as_run(run_closed_loop(run_config(control_rate=250, physics_rate=250, duration=6.0)),
                   'six_seconds')

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from ur5_ros.config import load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.sim.camera import Camera
 from ur5_ros.viewer.frame import MEASURED, Frames
 from ur5_ros.viewer.render import draw, render
@@ -97,6 +97,6 @@ def test_the_progress_of_a_video_ends_at_one(run, tmp_path):
     ('there.png', 'exists')])
 def test_a_wrong_name_of_a_picture_is_refused_before_any_work(tmp_path, name, said):
     (tmp_path / 'there.png').write_bytes(b'')
-    with pytest.raises(Refusal, match=said):
+    with pytest.raises(InputError, match=said):
         render(tmp_path / 'no_run', tmp_path / name)
     assert (tmp_path / 'there.png').read_bytes() == b''

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ur5_ros.config import config_folder
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.viewer import view
 from ur5_ros.viewer.live import LiveView
 
@@ -61,5 +61,5 @@ def test_the_live_view_draws_the_arm_that_runs_where_it_is(simulator):
 
 
 def test_live_and_a_run_together_are_refused():
-    with pytest.raises(Refusal, match='leave the run away'):
+    with pytest.raises(InputError, match='leave the run away'):
         view(Path('bags/some'), live=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ur5_ros.config import list_arms, load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics, link_transforms
 from ur5_ros.viewer.track import joint_angles, tool_positions, tree_of
 from ur5_ros.viewer.urdf_tree import link_poses, parse_urdf, quaternion, turn
@@ -56,6 +56,6 @@ def test_a_quaternion_turns_as_its_matrix_does(axis, angle):
      '<child link="b"/><origin xyz="1 2 nan"/></joint></robot>', '3 numbers'),
 ])
 def test_a_description_that_is_none_is_refused_in_one_line(text, said):
-    with pytest.raises(Refusal, match=said) as refusal:
+    with pytest.raises(InputError, match=said) as refusal:
         parse_urdf(text)
     assert '\n' not in str(refusal.value)

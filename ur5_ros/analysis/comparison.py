@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run, Side
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 #: Within this two runs are the same on machines of different fingerprints.
@@ -89,7 +89,8 @@ def compare(a: Run, b: Run) -> Comparison:
     stamp, rows_a, rows_b = np.intersect1d(a.stamp, b.stamp, assume_unique=True,
                                            return_indices=True)
     if not len(stamp):
-        raise Refusal(f'{a.name} and {b.name} have no stamp in common: {_span(a)} and {_span(b)}')
+        raise InputError(f'{a.name} and {b.name} have no stamp in common: {_span(a)} and '
+                         f'{_span(b)}')
     pairs = {'position': (a.states.q, b.states.q), 'velocity': (a.states.qd, b.states.qd),
              'effort': (a.states.effort, b.states.effort)}
     if a.command is not None and b.command is not None:

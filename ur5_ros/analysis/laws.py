@@ -70,7 +70,7 @@ def promised_rows(laws: list[Law], count: int) -> np.ndarray:
     return promised
 
 
-def law_in_charge(run: Run) -> np.ndarray:
+def law_active(run: Run) -> np.ndarray:
     """
     Tell in which periods the law's command acted as it was given, shape (n - 1,).
 

@@ -33,7 +33,7 @@ class Evidence(NamedTuple):
     """Speed at the end of the period, at which friction acts [rad/s]."""
     effort: np.ndarray
     """Torque that acted [N m]."""
-    lacking: np.ndarray
+    unexplained_torque: np.ndarray
     """effort - inverse dynamics of the arm: what else the motion took [N m]."""
     plain: bool = False
     """Whether one period is one step of the plant, so that a true cause fits to rounding."""
@@ -82,8 +82,9 @@ def gather(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> Evidence | Non
                              time=run.t[rows])
     seen = _evidence(q[rows], qd[rows], qdd, qd[rows + 1], effort[rows + 1], arm)
     if run.substeps > 1:
-        lacking = -residual(run, [(0, Scheme(arm))]).torque[rows]
-        return seen._replace(lacking=np.nan_to_num(lacking), time=run.t[rows])
+        unexplained_torque = -residual(run, [(0, Scheme(arm))]).torque[rows]
+        return seen._replace(unexplained_torque=np.nan_to_num(unexplained_torque),
+                             time=run.t[rows])
     return seen._replace(plain=not run.noisy, time=run.t[rows])
 
 

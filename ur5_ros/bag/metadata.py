@@ -9,7 +9,7 @@ import yaml
 
 from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.config.strict_yaml import read_yaml
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 
 NAME = 'metadata.yaml'
 VERSION = 9
@@ -205,24 +205,24 @@ def read_metadata(folder: Path) -> Information:
     path = folder / NAME
     try:
         data = read_yaml(path)
-    except Refusal as error:
-        raise BagProblem(str(error)) from None
+    except InputError as error:
+        raise BagError(str(error)) from None
     if not isinstance(data, dict) or not isinstance(data.get('rosbag2_bagfile_information'), dict):
-        raise BagProblem(f'{path}: no rosbag2_bagfile_information in it; remove the file and mend '
-                         'the bag with: ur5 recover')
+        raise BagError(f'{path}: no rosbag2_bagfile_information in it; remove the file and mend '
+                       'the bag with: ur5 recover')
     try:
         found = validate(Information, data['rosbag2_bagfile_information'], str(path))
-    except Refusal as error:
-        raise BagProblem(str(error)) from None
+    except InputError as error:
+        raise BagError(str(error)) from None
     if found.version > VERSION:
-        raise BagProblem(f'{path}: version {found.version}; versions up to {VERSION} are read')
+        raise BagError(f'{path}: version {found.version}; versions up to {VERSION} are read')
     names = found.relative_file_paths
     for name in names:
         # rosbag2 before version 4 named files as <folder>/<file>.
         plain = name.removeprefix(folder.name + '/') if found.version < 4 else name
         if PurePath(plain).name != plain or '\0' in plain or '\\' in plain or plain in ('', '..'):
-            raise BagProblem(f'{path}: names the file {name[:80]!r}; '
-                             'only files of the folder itself are read')
+            raise BagError(f'{path}: names the file {name[:80]!r}; '
+                           'only files of the folder itself are read')
     if len(set(names)) != len(names):
-        raise BagProblem(f'{path}: names a file twice')
+        raise BagError(f'{path}: names a file twice')
     return found

@@ -23,7 +23,7 @@ class PayloadHash:
 
     def __init__(self, layout: FixedJointState) -> None:
         fields = {name: (f'({number},){kind}', offset)
-                  for name, (offset, kind, number) in layout.layout.holes.items()}
+                  for name, (offset, kind, number) in layout.layout.slots.items()}
         self._type = np.dtype({
             'names': list(fields), 'formats': [form for form, _ in fields.values()],
             'offsets': [offset for _, offset in fields.values()], 'itemsize': layout.size})

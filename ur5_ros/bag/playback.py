@@ -9,7 +9,7 @@ import numpy as np
 from ur5_ros.bag.arrays.columns import RawColumns
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import bags_of_run
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 _STAMPED = 'sensor_msgs/msg/JointState'
 
@@ -76,10 +76,10 @@ def load_playback(
                 due[topic] = simulated(columns.log_time)
     for topic in topics or ():
         if topic not in types:
-            raise Refusal(f'{run}: nothing on topic {topic}; there is: '
-                          f'{", ".join(types)}')
+            raise InputError(f'{run}: nothing on topic {topic}; there is: '
+                             f'{", ".join(types)}')
     if not types:
-        raise Refusal(f'{run}: no message to send; give a run with messages in it')
+        raise InputError(f'{run}: no message to send; give a run with messages in it')
     return _in_order(types, found, due, start, stop, run)
 
 
@@ -96,8 +96,8 @@ def _in_order(
     low, high = start * 1e9, np.inf if stop is None else stop * 1e9
     order = order[(time[order] >= low) & (time[order] <= high)]
     if not len(order):
-        raise Refusal(f'{run}: no message between {start:g} s and {high * 1e-9:g} s; it is '
-                      f'{time.max() * 1e-9:.3f} s long')
+        raise InputError(f'{run}: no message between {start:g} s and {high * 1e-9:g} s; it is '
+                         f'{time.max() * 1e-9:.3f} s long')
     return Playback(types, list(found.values()), time[order] - time[order[0]], number[order],
                     row[order])
 

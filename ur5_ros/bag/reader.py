@@ -10,11 +10,11 @@ import numpy as np
 from ur5_ros.bag.arrays.collector import Collector, RawCollector
 from ur5_ros.bag.arrays.columns import KINDS, Columns, RawColumns
 from ur5_ros.bag.mcap.channels import TopicInfo
-from ur5_ros.bag.mcap.message_index import CompiledWalk, Walk, walk
+from ur5_ros.bag.mcap.message_index import CompiledMessageIndex, MessageIndex, index_messages
 from ur5_ros.bag.mcap.reader import Batch, Source
 from ur5_ros.bag.sources import compare_counts, open_sources, read_descriptions
 from ur5_ros.cdr.codec import decode
-from ur5_ros.errors import BagProblem, Refusal, one_line
+from ur5_ros.errors import BagError, InputError, one_line
 
 #: Bags larger than this are walked by compiled code, which takes a second to get ready [bytes].
 COMPILE_ABOVE = 16 << 20
@@ -91,9 +91,9 @@ class Bag:
     def _batches(self) -> Iterator[tuple[Source, Batch]]:
         """Yield all batches of all files; afterwards compare the counts with metadata.yaml."""
         large = sum(source.size for source in self.sources) > COMPILE_ABOVE
-        fast = CompiledWalk() if large else walk
+        index = CompiledMessageIndex() if large else index_messages
         for source in self.sources:
-            for batch in source.batches(fast):
+            for batch in source.batches(index):
                 yield source, batch
         compare_counts(self.path, self._information, self.sources, self.report)
 
@@ -117,7 +117,7 @@ class Bag:
                 if info.name == topic and info.type == self.topics[topic]:
                     return info
         known = ', '.join(sorted(self.topics)) or 'none'
-        raise Refusal(one_line(f'{self.path}: no topic {topic}; there are: {known}'))
+        raise InputError(one_line(f'{self.path}: no topic {topic}; there are: {known}'))
 
     def _pass(self, collectors: Mapping[str, Any]) -> None:
         """Hand the messages of each topic to its collector, in one pass over the bag."""
@@ -204,8 +204,8 @@ class Bag:
         """
         info = self._info(topic)
         if info.type != 'sensor_msgs/msg/JointState':
-            raise Refusal(f'{self.path}: topic {topic} is {info.type}, '
-                          'not sensor_msgs/msg/JointState')
+            raise InputError(f'{self.path}: topic {topic} is {info.type}, '
+                             'not sensor_msgs/msg/JointState')
         columns = self.load({topic: names})[topic]
         assert isinstance(columns, Columns)
         return columns
@@ -232,13 +232,13 @@ class Bag:
                                                found.log_times.tolist(), strict=True):
                 try:
                     message = read(bytes(batch.buffer[begin:begin + length]))
-                except BagProblem as problem:
+                except BagError as problem:
                     self.report(f'topic {info.name}: {problem}')
                     continue
                 yield log_time, message
 
 
-def _select(found: Walk, chosen: np.ndarray) -> Walk:
+def _select(found: MessageIndex, chosen: np.ndarray) -> MessageIndex:
     """Return some of the messages of a walk."""
-    return Walk(found.channels[chosen], found.offsets[chosen], found.lengths[chosen],
-                found.log_times[chosen], found.publish_times[chosen], [])
+    return MessageIndex(found.channels[chosen], found.offsets[chosen], found.lengths[chosen],
+                        found.log_times[chosen], found.publish_times[chosen], [])

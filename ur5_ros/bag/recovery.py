@@ -18,7 +18,7 @@ from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import RECOVERED, UNFINISHED, bags_of_run
 from ur5_ros.config.strict_yaml import parse_yaml
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 
 
 class MendedBag(NamedTuple):
@@ -99,10 +99,10 @@ def recover(path: Path | str, out: Path | str | None = None) -> Recovery:
             bag = open_bag(folder)
             bag.check()
             bags.append(bag)
-        except BagProblem as problem:
+        except BagError as problem:
             unreadable.append(MendedBag(_name(folder), {}, [str(problem)]))
     if not bags:
-        raise BagProblem(unreadable[0].problems[0])
+        raise BagError(unreadable[0].problems[0])
     found = [MendedBag(_name(bag.path), bag.counts(), bag.problems) for bag in bags] + unreadable
     if all(not each.problems for each in found):
         return Recovery(path, None, found)
@@ -120,8 +120,8 @@ def recover(path: Path | str, out: Path | str | None = None) -> Recovery:
                 shutil.copytree(bag.path, target)
         _publish(unfinished, out)
     except OSError as error:
-        raise Refusal(f'{out}: cannot be written: {error.strerror}; '
-                      'give another place with --out') from None
+        raise InputError(f'{out}: cannot be written: {error.strerror}; '
+                         'give another place with --out') from None
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
     return Recovery(path, out, found)
@@ -176,7 +176,7 @@ def _topic(numbers: dict[tuple[str, str], int], key: tuple[str, str], info: Topi
     types = list(dict.fromkeys(type_name for _, type_name in numbers))
     try:
         qos = parse_yaml(info.qos, 'offered QoS profiles')
-    except (Refusal, yaml.YAMLError):
+    except (InputError, yaml.YAMLError):
         qos = None
     if not isinstance(qos, list) or not all(isinstance(profile, dict) for profile in qos):
         qos = [qos_profile()]
@@ -197,8 +197,8 @@ def _publish(unfinished: Path, out: Path) -> None:
         if not out.exists():
             raise
         if not _same(unfinished, out):
-            raise Refusal(f'{out} exists and holds something else; move it away, or give '
-                          'another place with --out') from None
+            raise InputError(f'{out} exists and holds something else; move it away, or give '
+                             'another place with --out') from None
     _sync(out.parent)
 
 

@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ur5_ros.bag.mcap.channels import TopicInfo
-from ur5_ros.bag.mcap.message_index import Walk, walk
+from ur5_ros.bag.mcap.message_index import Indexer, index_messages
 from ur5_ros.bag.mcap.reader import BATCH_SIZE, Batch
 from ur5_ros.bag.mcap.records import MAX_RECORD, MESSAGE, MESSAGE_EXTRA, Opcode
 from ur5_ros.bag.metadata import Information
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 
 
 class RosbagsSource:
@@ -39,13 +39,13 @@ class RosbagsSource:
             what = f'storage {information.storage_identifier[:20]!r}' \
                 + (f' compressed by {information.compression_mode[:20]}'
                    if information.compression_mode else '')
-            raise Refusal(f'{path}: {what} is not read; write it anew as mcap with: '
-                          'ros2 bag convert')
+            raise InputError(f'{path}: {what} is not read; write it anew as mcap with: '
+                             'ros2 bag convert')
         try:
             from rosbags.rosbag2 import Reader
         except ImportError:
-            raise Refusal(f'{path}: sqlite3 storage is read through rosbags; install it with: '
-                          'pip install rosbags') from None
+            raise InputError(f'{path}: sqlite3 storage is read through rosbags; install it with: '
+                             'pip install rosbags') from None
         self.path = path
         self.metadata: list[tuple[str, dict[str, str]]] = []
         self.counts: dict[int, int] = {}
@@ -62,7 +62,7 @@ class RosbagsSource:
                         'ros2msg' if text and each.msgdef.format.name == 'MSG' else '',
                         text.encode(), '', each.digest)
         except Exception as error:  # rosbags and sqlite raise many kinds on damaged files
-            raise BagProblem(f'{path}: rosbags cannot read it: {_line(error)}') from None
+            raise BagError(f'{path}: rosbags cannot read it: {_line(error)}') from None
 
     @property
     def topics(self) -> dict[int, TopicInfo]:
@@ -74,7 +74,7 @@ class RosbagsSource:
         """Nothing: the storage has to be asked for it."""
         return {}
 
-    def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
+    def batches(self, index: Indexer = index_messages) -> Iterator[Batch]:
         """Yield all messages, by log time, as records like those of an MCAP file."""
         self.counts = {}
         numbers = {(info.name, info.type): number for number, info in self.topics.items()}
@@ -92,17 +92,17 @@ class RosbagsSource:
                                            time, time)
                     buffer += data
                     if len(buffer) > BATCH_SIZE:
-                        yield from self._batch(buffer, fast)
+                        yield from self._batch(buffer, index)
                         buffer = bytearray()
         except GeneratorExit:
             raise
         except Exception as error:
             self._report(f'{self.path}: rosbags cannot read on: {_line(error)}')
-        yield from self._batch(buffer, fast)
+        yield from self._batch(buffer, index)
 
-    def _batch(self, buffer: bytearray, fast: Callable[[bytes], Walk | None]) -> Iterator[Batch]:
+    def _batch(self, buffer: bytearray, index: Indexer) -> Iterator[Batch]:
         content = bytes(buffer)
-        found = fast(content)
+        found = index(content)
         if found is not None:
             yield Batch(content, found)
 

@@ -4,7 +4,7 @@ import secrets
 import time
 from pathlib import Path
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Folder of all runs, below the working directory.
 BAGS = Path('bags')
@@ -40,13 +40,14 @@ def bags_of_run(run: Path) -> list[Path]:
     """
     run = Path(run)
     if not run.exists():
-        raise Refusal(f'{run}: no such folder; give one that holds sim/ and control/, or a bag')
+        raise InputError(f'{run}: no such folder; give one that holds sim/ and control/, or a bag')
     if run.is_file() or is_bag(run):
         return [run]
     found = sorted(each for each in run.iterdir()
                    if is_bag(each) and not each.name.endswith((RECOVERED, UNFINISHED)))
     if not found:
-        raise Refusal(f'{run}: no bag in it; give a folder that holds sim/ and control/, or a bag')
+        raise InputError(f'{run}: no bag in it; give a folder that holds sim/ and control/, or '
+                         'a bag')
     return found
 
 
@@ -64,7 +65,7 @@ def newest_run(bags: Path = BAGS) -> Path:
     runs = [(_last_written(run), run.name, run) for run in _folders(bags)]
     runs = [each for each in runs if each[0]]
     if not runs:
-        raise Refusal(f'no run in {bags.resolve()}; name one, or record one with: ur5 demo')
+        raise InputError(f'no run in {bags.resolve()}; name one, or record one with: ur5 demo')
     return max(runs)[2]
 
 

@@ -9,7 +9,7 @@ from ur5_ros.bag.bag_folder import DESCRIPTION_RECORD, NOTE_RECORD
 from ur5_ros.bag.mcap.reader import McapSource, Source
 from ur5_ros.bag.mcap.records import CHECKSUM, checksum
 from ur5_ros.bag.metadata import NAME, Information, read_metadata
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 
 Report = Callable[[str], None]
 
@@ -36,13 +36,13 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
     if path.is_file():
         return None, [McapSource(path, report)]
     if not path.is_dir():
-        raise Refusal(f'{path}: no such bag; give a folder with {NAME}, or an .mcap file')
+        raise InputError(f'{path}: no such bag; give a folder with {NAME}, or an .mcap file')
     present = sorted(path.glob('*.mcap'), key=_natural)
     information = None
     if (path / NAME).is_file():
         try:
             information = read_metadata(path)
-        except BagProblem as problem:
+        except BagError as problem:
             if not present:
                 raise
             report(str(problem))
@@ -53,7 +53,7 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
         from ur5_ros.bag.rosbags_source import RosbagsSource
         return information, [RosbagsSource(path, information, report)]
     if not present:
-        raise BagProblem(f'{path}: no .mcap file in it; give the folder of a bag')
+        raise BagError(f'{path}: no .mcap file in it; give the folder of a bag')
     if information:
         _compare_files(path, information, present, report)
     return information, _open_files(present, report)
@@ -71,11 +71,11 @@ def _compare_files(path: Path, information: Information, present: Sequence[Path]
 
 def _open_files(files: Sequence[Path], report: Report) -> list[McapSource]:
     sources: list[McapSource] = []
-    problems: list[BagProblem] = []
+    problems: list[BagError] = []
     for file in files:
         try:
             sources.append(McapSource(file, report))
-        except BagProblem as problem:
+        except BagError as problem:
             problems.append(problem)
     if not sources:
         raise problems[0]

@@ -15,7 +15,7 @@ from ur5_ros.bag.mcap.records import MESSAGE
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.cdr.recorded_types import schema_text
 from ur5_ros.cdr.recorded_types import type_hash as hash_of_type
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Wall time between two writes [s]. A killed process loses the messages of at most one such time
 #: and of the write itself; 100 ms are promised.
@@ -74,10 +74,10 @@ class BagWriter:
             self._bag = BagFolder(self.folder, self.folder.name, description,
                                   round(max_duration * 1e9), max_size)
         except FileExistsError:
-            raise Refusal(f'{self.folder} exists already; give another folder') from None
+            raise InputError(f'{self.folder} exists already; give another folder') from None
         except OSError as error:
-            raise Refusal(f'{self.folder}: cannot record there: {error.strerror}; '
-                          'give another folder') from None
+            raise InputError(f'{self.folder}: cannot record there: {error.strerror}; '
+                             'give another folder') from None
         self._thread = threading.Thread(target=self._run, name='bag writer', daemon=True)
         self._thread.start()
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ur5_ros.cdr.message_definition import PRIMITIVES, Definition, Field
 from ur5_ros.cdr.recorded_types import definition, dependencies
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 Definitions = Mapping[str, Definition]
 
@@ -50,18 +50,18 @@ def decode(type_name: str, data: bytes, definitions: Definitions | None = None) 
     if definitions is None:
         definitions = definitions_of(type_name)
     if len(data) < 4:
-        raise BagProblem(f'{type_name}: {len(data)} bytes; a message has at least 4')
+        raise BagError(f'{type_name}: {len(data)} bytes; a message has at least 4')
     if data[0] != 0 or data[1] not in (0, 1):
-        raise BagProblem(f'{type_name}: encapsulation {data[0]:#04x} {data[1]:#04x}; '
-                         'only plain CDR is read')
+        raise BagError(f'{type_name}: encapsulation {data[0]:#04x} {data[1]:#04x}; '
+                       'only plain CDR is read')
     reader = _Reader(data, '<' if data[1] else '>', definitions, type_name)
     try:
         value = reader.message(type_name, 0)
     except StructError:
-        raise BagProblem(f'{type_name}: ends in the middle of a field') from None
+        raise BagError(f'{type_name}: ends in the middle of a field') from None
     # Fast DDS rounds a payload up to a multiple of four bytes.
     if len(data) - reader.at > 3:
-        raise BagProblem(f'{type_name}: {len(data) - reader.at} bytes too many')
+        raise BagError(f'{type_name}: {len(data) - reader.at} bytes too many')
     return value
 
 
@@ -86,8 +86,8 @@ class _Reader:
         number = self.length.unpack_from(self.data, self.at)[0]
         self.at += 4
         if number > len(self.data) - self.at:
-            raise BagProblem(f'{self.name}: a length of {number} with '
-                             f'{len(self.data) - self.at} bytes left')
+            raise BagError(f'{self.name}: a length of {number} with '
+                           f'{len(self.data) - self.at} bytes left')
         return number
 
     def text(self) -> str:
@@ -96,11 +96,11 @@ class _Reader:
         raw = self.data[self.at:self.at + size]
         self.at += size
         if size and raw[-1] != 0:
-            raise BagProblem(f'{self.name}: a text without its closing zero')
+            raise BagError(f'{self.name}: a text without its closing zero')
         try:
             return bytes(raw[:-1]).decode()
         except UnicodeDecodeError:
-            raise BagProblem(f'{self.name}: a text that is not UTF-8') from None
+            raise BagError(f'{self.name}: a text that is not UTF-8') from None
 
     def numbers(self, kind: str, number: int) -> np.ndarray:
         """Return numbers of one kind, in this machine's byte order."""
@@ -110,8 +110,8 @@ class _Reader:
         self.align(dtype.itemsize)
         end = self.at + number * dtype.itemsize
         if end > len(self.data):
-            raise BagProblem(f'{self.name}: {number} numbers with '
-                             f'{len(self.data) - self.at} bytes left')
+            raise BagError(f'{self.name}: {number} numbers with '
+                           f'{len(self.data) - self.at} bytes left')
         values = np.frombuffer(self.data, dtype, number, self.at)
         self.at = end
         return values.astype(dtype.newbyteorder('='))
@@ -129,14 +129,14 @@ class _Reader:
     def message(self, name: str, depth: int) -> dict[str, Any]:
         """Return a message, its fields by name."""
         if depth > MAX_DEPTH:
-            raise BagProblem(f'{self.name}: types nested deeper than {MAX_DEPTH}')
+            raise BagError(f'{self.name}: types nested deeper than {MAX_DEPTH}')
         fields = self.definitions.get(name)
         if fields is None:
-            raise BagProblem(f'{self.name}: the definition of {name} is missing')
+            raise BagError(f'{self.name}: the definition of {name} is missing')
         if not fields:
             self.at += 1  # an empty message is one byte, as rosidl generates it
             if self.at > len(self.data):
-                raise BagProblem(f'{self.name}: ends in the middle of a field')
+                raise BagError(f'{self.name}: ends in the middle of a field')
         return {field.name: self.field(field, depth) for field in fields}
 
     def field(self, field: Field, depth: int) -> Any:
@@ -145,11 +145,11 @@ class _Reader:
             return self.single(field, depth)
         number = field.size if field.array == 'fixed' else self.count()
         if number > len(self.data):
-            raise BagProblem(f'{self.name}: {field.name} has {number} elements in '
-                             f'{len(self.data)} bytes')
+            raise BagError(f'{self.name}: {field.name} has {number} elements in '
+                           f'{len(self.data)} bytes')
         if field.array == 'bounded' and number > field.size:
-            raise BagProblem(f'{self.name}: {field.name} has {number} elements; '
-                             f'at most {field.size}')
+            raise BagError(f'{self.name}: {field.name} has {number} elements; '
+                           f'at most {field.size}')
         kind = None if field.nested else PRIMITIVES[field.base]
         if kind is not None:
             return self.numbers(kind, number)

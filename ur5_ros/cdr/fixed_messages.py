@@ -71,7 +71,7 @@ class FixedJointState:
         self._counts = {field: len(self.names) if field in fields else 0
                         for field in ('position', 'velocity', 'effort')}
         layout = Layout()
-        layout.hole('stamp', '<u4', 2)
+        layout.slot('stamp', '<u4', 2)
         layout.text(frame_id)
         layout.texts(self.names)
         for field, number in self._counts.items():
@@ -84,10 +84,10 @@ class FixedJointState:
         self._sizes = tuple(8 * number for number in self._counts.values())
         self.stamp = slice(4, 12)
         """Where the stamp is in a message."""
-        self.effort = slice(layout.holes.get('effort', (0,))[0],
-                            layout.holes.get('effort', (0,))[0] + 8 * self._counts['effort'])
+        self.effort = slice(layout.slots.get('effort', (0,))[0],
+                            layout.slots.get('effort', (0,))[0] + 8 * self._counts['effort'])
         """Where the effort is in a message."""
-        self._places = [(layout.holes.get(field, (0,))[0], number)
+        self._places = [(layout.slots.get(field, (0,))[0], number)
                         for field, number in self._counts.items()]
 
     def encode(self, stamp: int, position=(), velocity=(), effort=()) -> bytes:
@@ -150,13 +150,13 @@ class FixedTrajectoryPoint:
         self.names = tuple(names)
         self._counts = {field: len(self.names) if field in fields else 0 for field in self.FIELDS}
         layout = Layout()
-        layout.hole('stamp', '<u4', 2)
+        layout.slot('stamp', '<u4', 2)
         layout.text(frame_id)
         layout.texts(self.names)
         layout.count(1)
         for field, number in self._counts.items():
             layout.doubles(field, number)
-        layout.hole('time_from_start', '<u4', 2)
+        layout.slot('time_from_start', '<u4', 2)
         self.layout = layout.close()
         self.size = layout.size
         self.matches = layout.matches
@@ -179,7 +179,7 @@ class FixedTrajectoryPoint:
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return (stamp [ns], positions, velocities, accelerations, effort), read-only views."""
-        arrays = [np.frombuffer(data, _FLOAT, number, self.layout.holes.get(name, (0,))[0])
+        arrays = [np.frombuffer(data, _FLOAT, number, self.layout.slots.get(name, (0,))[0])
                   for name, number in self._counts.items()]
         q, qd, qdd, tau = arrays
         return _stamp_from(data), q, qd, qdd, tau
@@ -190,9 +190,9 @@ class FixedPose:
 
     def __init__(self, frame_id: str) -> None:
         layout = Layout()
-        layout.hole('stamp', '<u4', 2)
+        layout.slot('stamp', '<u4', 2)
         layout.text(frame_id)
-        layout.hole('pose', '<f8', 7)
+        layout.slot('pose', '<f8', 7)
         self.layout = layout.close()
         self.size = layout.size
         self.matches = layout.matches
@@ -205,7 +205,7 @@ class FixedPose:
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray]:
         """Return (stamp [ns], position (3,), quaternion (4,) as x, y, z, w), read-only views."""
-        offset = self.layout.holes['pose'][0]
+        offset = self.layout.slots['pose'][0]
         return (_stamp_from(data), np.frombuffer(data, '<f8', 3, offset),
                 np.frombuffer(data, '<f8', 4, offset + 24))
 

@@ -21,7 +21,7 @@ class Layout:
     def __init__(self) -> None:
         self.template = bytearray(LITTLE_ENDIAN)
         self.mask = bytearray(b'\xff\xff\x00\x00')
-        self.holes: dict[str, tuple[int, str, int]] = {}
+        self.slots: dict[str, tuple[int, str, int]] = {}
         """Name -> (offset, numpy type of one number, count), without those of no number."""
         self._edges: list[tuple[int, int]] = []
 
@@ -53,12 +53,12 @@ class Layout:
         for text in texts:
             self.text(text)
 
-    def hole(self, name: str, kind: str, number: int) -> None:
+    def slot(self, name: str, kind: str, number: int) -> None:
         """Append ``number`` values of numpy type ``kind`` that differ between messages."""
         width = np.dtype(kind).itemsize
         if number:
             self.align(width)
-            self.holes[name] = (len(self.template), kind, number)
+            self.slots[name] = (len(self.template), kind, number)
         self._edges.append((len(self.template), len(self.template) + width * number))
         self.template += bytes(width * number)
         self.mask += bytes(width * number)
@@ -66,7 +66,7 @@ class Layout:
     def doubles(self, name: str, number: int) -> None:
         """Append a sequence of ``number`` float64 values."""
         self.count(number)
-        self.hole(name, '<f8', number)
+        self.slot(name, '<f8', number)
 
     def close(self) -> 'Layout':
         """Prepare for encoding and comparing; nothing is appended afterwards."""
@@ -84,10 +84,10 @@ class Layout:
         self._parts.pop()
         return self
 
-    def fill(self, *holes: bytes) -> bytes:
+    def fill(self, *slots: bytes) -> bytes:
         """Return a message: the contents of all holes, in their order, set into the template."""
         parts = self._parts.copy()
-        parts[1::2] = holes
+        parts[1::2] = slots
         return b''.join(parts)
 
     def matches(self, data: bytes) -> bool:

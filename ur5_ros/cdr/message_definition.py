@@ -3,7 +3,7 @@
 import re
 from typing import NamedTuple
 
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 #: Bounds on a schema found in a bag. The largest of common_interfaces has 9 parts and 60 fields.
 MAX_TEXT = 200_000
@@ -63,7 +63,7 @@ def parse_definition(type_name: str, text: str) -> Definition:
             continue
         found = _FIELD.match(line)
         if not found:
-            raise BagProblem(f'schema of {type_name}: cannot read the line {line[:60]!r}')
+            raise BagError(f'schema of {type_name}: cannot read the line {line[:60]!r}')
         if found['rest'].startswith('='):
             continue
         base, array = found['base'], found['array']
@@ -74,11 +74,11 @@ def parse_definition(type_name: str, text: str) -> Definition:
         kind = '' if array is None else 'open' if array == '' else \
             'bounded' if array.startswith('<=') else 'fixed'
         if kind in ('bounded', 'fixed') and not number:
-            raise BagProblem(f'schema of {type_name}: cannot read the line {line[:60]!r}')
+            raise BagError(f'schema of {type_name}: cannot read the line {line[:60]!r}')
         fields.append(Field(found['name'], base, nested, kind, int(number or 0),
                             int(found['bound'] or 0)))
         if len(fields) > MAX_FIELDS:
-            raise BagProblem(f'schema of {type_name}: more than {MAX_FIELDS} fields')
+            raise BagError(f'schema of {type_name}: more than {MAX_FIELDS} fields')
     return tuple(fields)
 
 
@@ -93,17 +93,17 @@ def parse_schema(type_name: str, text: str) -> dict[str, Definition]:
 
     """
     if len(text) > MAX_TEXT:
-        raise BagProblem(f'schema of {type_name}: {len(text)} characters; '
-                         f'at most {MAX_TEXT} are read')
+        raise BagError(f'schema of {type_name}: {len(text)} characters; '
+                       f'at most {MAX_TEXT} are read')
     parts = re.split(r'^={80,}[ \t]*\r?\n', text.replace('\r\n', '\n'), flags=re.MULTILINE)
     if len(parts) > MAX_PARTS:
-        raise BagProblem(f'schema of {type_name}: more than {MAX_PARTS} parts')
+        raise BagError(f'schema of {type_name}: more than {MAX_PARTS} parts')
     definitions = {type_name: parse_definition(type_name, parts[0])}
     for part in parts[1:]:
         head, _, body = part.partition('\n')
         if not head.startswith('MSG: '):
-            raise BagProblem(f'schema of {type_name}: a part starts with {head[:60]!r}, '
-                             "not with 'MSG: package/Name'")
+            raise BagError(f'schema of {type_name}: a part starts with {head[:60]!r}, '
+                           "not with 'MSG: package/Name'")
         name = _full_name(head.removeprefix('MSG: ').strip(), '')
         definitions[name] = parse_definition(name, body)
     _check_closed(type_name, definitions)
@@ -130,9 +130,9 @@ def _check_closed(type_name: str, definitions: dict[str, Definition]) -> None:
         if name in finished:
             return
         if name in inside:
-            raise BagProblem(f'schema of {type_name}: {name} contains itself')
+            raise BagError(f'schema of {type_name}: {name} contains itself')
         if name not in definitions:
-            raise BagProblem(f'schema of {type_name}: the definition of {name} is missing')
+            raise BagError(f'schema of {type_name}: the definition of {name} is missing')
         for field in definitions[name]:
             if field.nested:
                 visit(field.base, (*inside, name))

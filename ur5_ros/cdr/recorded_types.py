@@ -5,7 +5,7 @@ import json
 from functools import cache
 
 from ur5_ros.cdr.message_definition import Definition, parse_definition
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Fields of every recorded type, as in its .msg file of ROS 2 Jazzy (common_interfaces 5.3,
 #: rcl_interfaces 2.0), comments left out. Types of the same package are named in full.
@@ -75,8 +75,8 @@ def definition(type_name: str) -> Definition:
 
     """
     if type_name not in DEFINITIONS:
-        raise Refusal(f'message type {type_name!r} is not recorded; known: '
-                      + ', '.join(sorted(DEFINITIONS)))
+        raise InputError(f'message type {type_name!r} is not recorded; known: '
+                         + ', '.join(sorted(DEFINITIONS)))
     return parse_definition(type_name, DEFINITIONS[type_name])
 
 

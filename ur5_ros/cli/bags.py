@@ -4,7 +4,7 @@ import json as json_format
 from pathlib import Path
 
 from ur5_ros.cli.exit_codes import WITH_LOSS, YES
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 
 def replay(
@@ -15,7 +15,7 @@ def replay(
     from ur5_ros.bag.playback import load_playback
     from ur5_ros.cli import terminal
     if not 0.0 < rate < float('inf'):
-        raise Refusal(f'--rate {rate:g}; give more than zero, 1 is real time')
+        raise InputError(f'--rate {rate:g}; give more than zero, 1 is real time')
     playback = load_playback(run, topics, start, stop, clock)
     from ur5_ros.nodes.ros.environment import check_environment
     check_environment()  # the middleware is loaded with the next import

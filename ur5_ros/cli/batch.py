@@ -11,7 +11,7 @@ from rich.text import Text
 from ur5_ros.analysis.result import FAIL, PASS
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import BAD_INPUT, NO, YES
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.sweep.batch_validation import UNREADABLE, Judgement, judge_all
 
 
@@ -32,13 +32,13 @@ def validate_all(
 ) -> int:
     """Judge every run below a folder; exit 0 if all pass, 2 if none can be read."""
     if html is not None:
-        raise Refusal('--html with --all: a report shows one run; give --json or --junit, or '
-                      'validate one run')
+        raise InputError('--html with --all: a report shows one run; give --json or --junit, or '
+                         'validate one run')
     if not folder.is_dir():
-        raise Refusal(f'no folder {folder}; give a folder with runs in it')
+        raise InputError(f'no folder {folder}; give a folder with runs in it')
     runs = runs_below(folder)
     if not runs:
-        raise Refusal(f'no bag below {folder}; give a folder with runs in it')
+        raise InputError(f'no bag below {folder}; give a folder with runs in it')
     judgements = []
     with terminal.progress('judging', len(runs), 'runs') as advance:
         for judgement in judge_all(runs, dict(given), marks):

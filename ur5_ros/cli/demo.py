@@ -8,9 +8,9 @@ from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.run_folders import BAGS, new_run_name
 from ur5_ros.cli import judge, terminal
 from ur5_ros.cli.exit_codes import NO, YES
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.launcher.two_nodes import run_two_nodes
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 
 
 def demo(
@@ -18,12 +18,12 @@ def demo(
     gui: bool,
 ) -> int:
     """Run and judge an experiment; see ``ur5 demo --help``."""
-    plan = plan_run(experiment, arm, control_arm, control_rate, sim={'gui': gui})
+    plan = run_config(experiment, arm, control_arm, control_rate, sim={'gui': gui})
     folder = run if run is not None else BAGS / new_run_name()
     try:
         folder.mkdir(parents=True)
     except FileExistsError:
-        raise Refusal(f'run folder {folder} exists; give another one, or remove it') from None
+        raise InputError(f'run folder {folder} exists; give another one, or remove it') from None
     out = terminal.console()
     out.print(f'{experiment}: {plan.duration:g} s at {control_rate} Hz, arm {arm}, law of '
               f'{control_arm or arm}; recording into {folder}', soft_wrap=True)

@@ -13,7 +13,7 @@ from ur5_ros.analysis.identification.identify import identify as fit
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
 from ur5_ros.config import load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 
@@ -21,7 +21,7 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, arm: str | N
              json: Path | None) -> int:
     """Fit the parameters of an arm; see ``ur5 identify --help``."""
     if out is not None and out.exists():
-        raise Refusal(f'{out} exists; give another file, or remove it')
+        raise InputError(f'{out} exists; give another file, or remove it')
     start = load_arm(arm) if arm is not None else None
     tried = load_run(test) if test is not None else None
     found = fit([load_run(run) for run in runs], start, tried,

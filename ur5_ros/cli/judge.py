@@ -13,7 +13,7 @@ from ur5_ros.analysis.validate import validate as validate_run
 from ur5_ros.bag.run_folders import newest_run
 from ur5_ros.cli import batch, terminal
 from ur5_ros.cli.exit_codes import NO, YES
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.sweep.batch_validation import marks_of
 
 
@@ -30,7 +30,7 @@ def validate(
     }.items() if value is not None}
     if folder is not None:
         if run is not None:
-            raise Refusal(f'{run} and --all {folder}: give one of the two')
+            raise InputError(f'{run} and --all {folder}: give one of the two')
         return batch.validate_all(folder, given, limits, json, html, junit)
     with terminal.progress('judging', 3, 'steps') as advance:
         read = load_run(run if run is not None else newest_run(), **given)
@@ -90,7 +90,7 @@ def _gain(option: str, text: str | None) -> list[float] | None:
     except ValueError:
         values = []
     if len(values) not in (1, 6, 36):
-        raise Refusal(f'{option} {text!r}: give 1, 6 or 36 numbers, separated by commas')
+        raise InputError(f'{option} {text!r}: give 1, 6 or 36 numbers, separated by commas')
     return values
 
 

@@ -9,7 +9,7 @@ from typer.main import get_command
 
 from ur5_ros.cli.app import app
 from ur5_ros.cli.exit_codes import BAD_INPUT, INTERRUPTED, YES
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 # ClickException, wherever this typer keeps it
 _USAGE_ERROR: Any = typer.BadParameter.__mro__[2]
@@ -36,7 +36,7 @@ def run(arguments: list[str]) -> int:
         if code == INTERRUPTED:  # typer makes this of a KeyboardInterrupt
             return _complain('interrupted', INTERRUPTED)
         return code if isinstance(code, int) else YES
-    except Refusal as refusal:
+    except InputError as refusal:
         return _complain(str(refusal), BAD_INPUT)
     except _USAGE_ERROR as error:
         context = getattr(error, 'ctx', None)

@@ -6,7 +6,7 @@ from rich.text import Text
 
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import NO, YES
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.sweep.engine import run_sweep
 from ur5_ros.sweep.report import repeat_command, write_report
 from ur5_ros.sweep.run import check_success, plan_of, row_of
@@ -42,7 +42,7 @@ def sweep(name: str, out: Path | None, scheduler: str | None, workers: int | Non
 def report(folder: Path | None) -> int:
     """Draw the page of a sweep that is done, or as far as it is."""
     if folder is None:
-        raise Refusal('report of which sweep? give the folder that ur5 sweep wrote')
+        raise InputError('report of which sweep? give the folder that ur5 sweep wrote')
     return _report(open_sweep(folder), terminal.console())
 
 
@@ -74,11 +74,12 @@ def _one(spec: SweepSpec, index: int, out: Path | None) -> int:
     """Repeat one run of a sweep and keep its bags."""
     run = next((run for run in expand(spec) if run.number == index), None)
     if run is None:
-        raise Refusal(f'--only {index}: {spec.name} has the runs 0 to {number_of_runs(spec) - 1}')
+        raise InputError(f'--only {index}: {spec.name} has the runs 0 to '
+                         f'{number_of_runs(spec) - 1}')
     bags = out if out is not None else SWEEPS / spec.name / 'repeated'
     folder = bags / f'{index:06d}'
     if folder.exists():
-        raise Refusal(f'{folder} exists; give another folder with --out, or remove it')
+        raise InputError(f'{folder} exists; give another folder with --out, or remove it')
     row = row_of(altered(spec, keep='all'), run, bags)
     screen = terminal.console()
     for key, value in row.items():

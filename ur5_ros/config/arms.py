@@ -8,7 +8,7 @@ import numpy as np
 
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
 from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_text, read_yaml
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
 
 Range = Annotated[list[float], Meta(min_length=2, max_length=2)]
@@ -130,12 +130,12 @@ def _arm_path(name: str) -> Path:
     if name.endswith(('.yaml', '.yml')) or '/' in name:
         path = Path(name).expanduser()
         if not path.is_file():
-            raise Refusal(f'no arm file {name}; give a path of a YAML file, '
-                          f'or one of: {", ".join(list_arms())}')
+            raise InputError(f'no arm file {name}; give a path of a YAML file, '
+                             f'or one of: {", ".join(list_arms())}')
         return path
     if name not in list_arms():
-        raise Refusal(f'unknown arm {name!r}; give one of: {", ".join(list_arms())}, '
-                      'or the path of a YAML file')
+        raise InputError(f'unknown arm {name!r}; give one of: {", ".join(list_arms())}, '
+                         'or the path of a YAML file')
     return config_folder() / 'arms' / f'{name}.yaml'
 
 
@@ -165,7 +165,7 @@ def _arm_record(data: Any, source: str) -> ArmParameters:
                             _tensor(file.payload.inertia)),
         )
     except ValueError as error:
-        raise Refusal(f'{source}: {error}') from None
+        raise InputError(f'{source}: {error}') from None
 
 
 def _tensor(components: list[float]) -> np.ndarray:

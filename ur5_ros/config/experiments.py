@@ -7,7 +7,7 @@ import msgspec
 
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
 from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_yaml
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
 Axis = Literal['x', 'y', 'z']
@@ -164,21 +164,21 @@ def _experiment_path(name: str) -> Path:
         path = Path(name).expanduser()
         if path.is_file():
             return path
-        raise Refusal(f'no experiment file {name}; give a path of a YAML file, '
-                      f'or one of: {", ".join(list_experiments())}')
+        raise InputError(f'no experiment file {name}; give a path of a YAML file, '
+                         f'or one of: {", ".join(list_experiments())}')
     if name not in list_experiments():
-        raise Refusal(f'unknown experiment {name!r}; give one of: '
-                      f'{", ".join(list_experiments())}, or the path of a YAML file')
+        raise InputError(f'unknown experiment {name!r}; give one of: '
+                         f'{", ".join(list_experiments())}, or the path of a YAML file')
     return config_folder() / 'experiments' / f'{name}.yaml'
 
 
 def _record(data: Any, source: str) -> Experiment:
     kind = data.get('kind') if isinstance(data, dict) else None
     if not isinstance(kind, str) or kind not in _KINDS:
-        raise Refusal(f'{source}: kind is {kind!r}; give one of: {", ".join(_KINDS)}')
+        raise InputError(f'{source}: kind is {kind!r}; give one of: {", ".join(_KINDS)}')
     experiment = cast(Experiment, validate(_KINDS[kind], data, source))
     ramps = getattr(experiment, 'ramp', 0.0) + getattr(experiment, 'ramp_down', 0.0)
     if ramps > experiment.duration:
-        raise Refusal(f'{source}: ramp and ramp_down take {ramps:g} s of '
-                      f'{experiment.duration:g} s; make the duration longer')
+        raise InputError(f'{source}: ramp and ramp_down take {ramps:g} s of '
+                         f'{experiment.duration:g} s; make the duration longer')
     return experiment

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 HOME = [0.0, -math.pi / 2, math.pi / 2, -math.pi / 2, -math.pi / 2, 0.0]
 
@@ -144,22 +144,22 @@ def check(parameter: Parameter, value: Any) -> Any:
     default, name = parameter.default, parameter.name
     if isinstance(default, bool):
         if not isinstance(value, bool):
-            raise Refusal(f'{name} is {value!r}; give true or false')
+            raise InputError(f'{name} is {value!r}; give true or false')
         return value
     if isinstance(default, str):
         if not isinstance(value, str):
-            raise Refusal(f'{name} is {value!r}; give a text')
+            raise InputError(f'{name} is {value!r}; give a text')
         if parameter.choices and value not in parameter.choices:
-            raise Refusal(f'{name} is {value!r}; give one of: {", ".join(parameter.choices)}')
+            raise InputError(f'{name} is {value!r}; give one of: {", ".join(parameter.choices)}')
         return value
     if isinstance(default, list):
         if isinstance(value, int | float) and not isinstance(value, bool) and 1 in parameter.sizes:
             value = [value]
         if isinstance(value, str | bytes | Mapping) or not hasattr(value, '__len__'):
-            raise Refusal(f'{name} is {value!r}; give a list of numbers')
+            raise InputError(f'{name} is {value!r}; give a list of numbers')
         if len(value) not in parameter.sizes:
             sizes = ' or '.join(str(size) for size in parameter.sizes)
-            raise Refusal(f'{name} has {len(value)} numbers; give {sizes}')
+            raise InputError(f'{name} has {len(value)} numbers; give {sizes}')
         return [_number(parameter, item, float) for item in value]
     return _number(parameter, value, type(default))
 
@@ -177,8 +177,8 @@ def complete(parameters: tuple[Parameter, ...], given: Mapping[str, Any]) -> dic
     known = {parameter.name: parameter for parameter in parameters}
     for name in given:
         if name not in known:
-            raise Refusal(f'unknown parameter {name!r}; the parameters are: '
-                          f'{", ".join(sorted(known))}')
+            raise InputError(f'unknown parameter {name!r}; the parameters are: '
+                             f'{", ".join(sorted(known))}')
     return {name: check(parameter, given[name]) if name in given else parameter.default
             for name, parameter in known.items()}
 
@@ -186,11 +186,11 @@ def complete(parameters: tuple[Parameter, ...], given: Mapping[str, Any]) -> dic
 def _number(parameter: Parameter, value: Any, kind: type) -> float | int:
     name = parameter.name
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise Refusal(f'{name} is {value!r}; give a number')
+        raise InputError(f'{name} is {value!r}; give a number')
     if not math.isfinite(value):
-        raise Refusal(f'{name} is {value}; give a finite number')
+        raise InputError(f'{name} is {value}; give a finite number')
     if kind is int and value != int(value):
-        raise Refusal(f'{name} is {value}; give a whole number')
+        raise InputError(f'{name} is {value}; give a whole number')
     if not parameter.lower <= value <= parameter.upper:
-        raise Refusal(f'{name} is {value}; give {parameter.lower:g} to {parameter.upper:g}')
+        raise InputError(f'{name} is {value}; give {parameter.lower:g} to {parameter.upper:g}')
     return kind(value)

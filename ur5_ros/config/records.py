@@ -7,7 +7,7 @@ from typing import Annotated, Any, TypeVar
 import msgspec
 from msgspec import Meta
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 __all__ = ['Meta', 'Record', 'Six', 'Three', 'as_data', 'validate']
 
@@ -62,8 +62,8 @@ def validate(schema: type[Some], data: Any, source: str) -> Some:
     if found := re.search(r'(unknown|missing required) field `(.*)`', text, re.DOTALL):
         path = [*path, found[2]]
     place = '.'.join(map(str, path)) or 'the document'
-    raise Refusal(f'{source}: {place if place.isprintable() else repr(place)}: '
-                  f'{_sentence(text, schema, given, path)}')
+    raise InputError(f'{source}: {place if place.isprintable() else repr(place)}: '
+                     f'{_sentence(text, schema, given, path)}')
 
 
 def as_data(record: Any) -> Any:

@@ -10,7 +10,7 @@ from yaml.composer import Composer
 from yaml.constructor import SafeConstructor
 from yaml.resolver import Resolver
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 20
@@ -35,7 +35,7 @@ def config_folder() -> Path:
         shared = prefix / 'share' / 'ur5_ros' / 'config'
         if (shared / 'arms').is_dir():
             return shared
-    raise Refusal(f'no folder share/ur5_ros/config above {here}; install the package again')
+    raise InputError(f'no folder share/ur5_ros/config above {here}; install the package again')
 
 
 try:
@@ -61,11 +61,11 @@ class _Loader(_PlainLoader):
     def compose_node(self, parent, index):
         if self.check_event(yaml.events.AliasEvent):
             event: Any = self.peek_event()
-            raise Refusal(f'line {event.start_mark.line + 1}: alias *{event.anchor}; '
-                          'write the value out')
+            raise InputError(f'line {event.start_mark.line + 1}: alias *{event.anchor}; '
+                             'write the value out')
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise Refusal(f'nested deeper than {MAX_DEPTH} levels; make it flatter')
+            raise InputError(f'nested deeper than {MAX_DEPTH} levels; make it flatter')
         node = super().compose_node(parent, index)
         self.depth -= 1
         return node
@@ -75,11 +75,12 @@ class _Loader(_PlainLoader):
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
-                raise Refusal(f'line {key_node.start_mark.line + 1}: key {key!r} is not a text; '
-                              'put it in quotes')
+                raise InputError(f'line {key_node.start_mark.line + 1}: key {key!r} is not a '
+                                 'text; '
+                                 'put it in quotes')
             if key in seen:
-                raise Refusal(f'line {key_node.start_mark.line + 1}: key {key!r} stands twice; '
-                              'remove one')
+                raise InputError(f'line {key_node.start_mark.line + 1}: key {key!r} stands twice; '
+                                 'remove one')
             seen.add(key)
         return super().construct_mapping(node, deep)
 
@@ -113,18 +114,18 @@ def parse_yaml(text: str, source: str) -> Any:
 
     """
     if len(text) > MAX_BYTES:
-        raise Refusal(f'{source}: {len(text)} characters; at most {MAX_BYTES} are read')
+        raise InputError(f'{source}: {len(text)} characters; at most {MAX_BYTES} are read')
     loader = None
     try:
         loader = _Loader(text)
         return loader.get_single_data()
-    except Refusal as error:
-        raise Refusal(f'{source}: {error}') from None
+    except InputError as error:
+        raise InputError(f'{source}: {error}') from None
     except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
         mark = getattr(error, 'problem_mark', None)
         place = f', line {mark.line + 1}' if mark else ''
         problem = getattr(error, 'problem', None) or str(error).partition('\n')[0]
-        raise Refusal(f'{source}{place}: not valid YAML: {problem}') from None
+        raise InputError(f'{source}{place}: not valid YAML: {problem}') from None
     finally:
         if loader is not None:
             loader.dispose()
@@ -142,12 +143,12 @@ def read_text(path: Path) -> str:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise Refusal(f'{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read')
+            raise InputError(f'{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read')
         return path.read_text(encoding='utf-8')
     except OSError as error:
-        raise Refusal(f'{path}: cannot be read: {error.strerror}') from None
+        raise InputError(f'{path}: cannot be read: {error.strerror}') from None
     except UnicodeDecodeError:
-        raise Refusal(f'{path}: not a text file; give YAML in UTF-8') from None
+        raise InputError(f'{path}: not a text file; give YAML in UTF-8') from None
 
 
 def read_yaml(path: Path) -> Any:

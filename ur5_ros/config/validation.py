@@ -5,7 +5,7 @@ from typing import Annotated
 
 from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.config.strict_yaml import config_folder, read_yaml
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 
 class Mark(Record, frozen=True, kw_only=True):
@@ -53,6 +53,6 @@ def load_marks(path: str | Path = '') -> Marks:
     given = validate(Marks, read_yaml(Path(path)), str(path))
     for name in given.marks:
         if name not in default.marks:
-            raise Refusal(f'{path}: unknown mark {name!r}; the marks are: '
-                          f'{", ".join(sorted(default.marks))}')
+            raise InputError(f'{path}: unknown mark {name!r}; the marks are: '
+                             f'{", ".join(sorted(default.marks))}')
     return Marks(name=given.name, marks={**default.marks, **given.marks})

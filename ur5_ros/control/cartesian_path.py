@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ur5_ros.control.profiles import Curve, ToolSamples, quintic_rise
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: A turn by one radian counts as this length of way [m] (assumed: the size of a tool).
 TURN_LENGTH = 0.2
@@ -104,8 +104,8 @@ def stamped_path(poses: np.ndarray, times: np.ndarray) -> StraightLines:
     early = np.flatnonzero(np.diff(times) <= 0.0)
     if early.size:
         i = int(early[0])
-        raise Refusal(f'pose {i + 2} has the time {times[i + 1]:.6f} s, pose {i + 1} '
-                      f'{times[i]:.6f} s; give increasing stamps, or none to use tool_speed')
+        raise InputError(f'pose {i + 2} has the time {times[i + 1]:.6f} s, pose {i + 1} '
+                         f'{times[i]:.6f} s; give increasing stamps, or none to use tool_speed')
     return StraightLines(poses, lambda way, stops: _timed(way, times, stops))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ur5_ros.control import law_kernel
 from ur5_ros.control.gains import Gains, error_poles, gains_from
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
@@ -62,5 +62,6 @@ def computed_torque(
     if special:
         for name, array in zip(_NAMES, given, strict=True):
             finite_array(name, array, (6,))
-        raise Refusal('state and reference give a torque that is not finite; give smaller numbers')
+        raise InputError('state and reference give a torque that is not finite; give smaller '
+                         'numbers')
     return Torque(*torque)

@@ -9,8 +9,8 @@ from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, complete
 from ur5_ros.control import planning as plans
-from ur5_ros.control.execution import Timeline
-from ur5_ros.control.experiment import experiment_motion
+from ur5_ros.control.execution import TrajectoryExecutor
+from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.law import torque_of, warm_up, within_limits
@@ -21,15 +21,15 @@ from ur5_ros.control.output import (
     REFUSED,
     STOPPED,
     WAITING,
-    Answer,
+    ControlOutput,
     describe,
 )
 from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
-from ur5_ros.control.state_validation import Arrival, StateGate, bounds, joint_beyond
+from ur5_ros.control.state_validation import StateStatus, StateValidator, bounds, joint_beyond
 from ur5_ros.control.takeover import plan_autostart, plan_rest
 from ur5_ros.control.tolerances import JointTolerance, Verdict, resolve_tolerances
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState
 
@@ -63,14 +63,14 @@ class Controller:
         self._names = [self._settings.prefix + name for name in JOINT_NAMES]
         self.experiment = None
         if self.parameters['experiment']:
-            self.experiment = experiment_motion(
+            self.experiment = experiment_trajectory(
                 load_experiment(self.parameters['experiment']), self.arm,
                 self._settings.control_rate, self._settings.singularity_margin)
-        self._gate = StateGate()
+        self._gate = StateValidator()
         self._bounds = bounds(self.arm.limits)
-        self._timeline = Timeline()
+        self._timeline = TrajectoryExecutor()
         self._goals = GoalWatch(self._names)
-        self._answer: Answer | None = None
+        self._answer: ControlOutput | None = None
         self._waiting = True
         self._beyond = False
         self._stopped = self._refused = self._last_refusal = ''
@@ -78,7 +78,7 @@ class Controller:
         warm_up(self.arm, self._settings.gains)
         self._ordinary = OrdinaryPeriods(self._settings)
 
-    def update(self, state: ArmState) -> Answer:
+    def update(self, state: ArmState) -> ControlOutput:
         """
         Return the torque that answers a state.
 
@@ -106,9 +106,9 @@ class Controller:
             if (answer := self._ordinary_answer(state)) is not None:
                 return answer
         arrival = self._gate.take(state, settings.max_state_jump)
-        if arrival is Arrival.FOLLOWS:
+        if arrival is StateStatus.FOLLOWS:
             self._watch_limits(state)
-        elif arrival is Arrival.UNBELIEVED:
+        elif arrival is StateStatus.UNBELIEVED:
             self._counts['unbelieved_states'] += 1
             state = self._gate.last or state
         else:
@@ -127,10 +127,10 @@ class Controller:
                                         before, change)
         if limited:
             self._counts['limited_periods'] += 1
-        self._answer = Answer(stamp, np.array(torque), reference, self._word(), limited)
+        self._answer = ControlOutput(stamp, np.array(torque), reference, self._word(), limited)
         return self._answer
 
-    def _ordinary_answer(self, state: ArmState) -> Answer | None:
+    def _ordinary_answer(self, state: ArmState) -> ControlOutput | None:
         """Return the answer where nothing but the law has a say, in a third of the time."""
         before = self._gate.followed_by(state.stamp)
         if before is None or self._goals.active or not self._ordinary.possible:
@@ -139,9 +139,9 @@ class Controller:
         parts = self._ordinary.torque(state, before, reference)
         if parts is None:
             return None
-        self._gate.believe(state, Arrival.FOLLOWS)
+        self._gate.accept(state, StateStatus.FOLLOWS)
         self._waiting = self._beyond = False
-        self._answer = Answer(state.stamp, parts, reference, self._word(), '')
+        self._answer = ControlOutput(state.stamp, parts, reference, self._word(), '')
         return self._answer
 
     def start_experiment(self) -> None:
@@ -237,16 +237,16 @@ class Controller:
         return 0 if self._answer is None else self._answer.stamp
 
     @property
-    def last(self) -> tuple[ArmState | None, Answer | None]:
+    def last(self) -> tuple[ArmState | None, ControlOutput | None]:
         """The last state believed and the answer given last; None before the first."""
         return self._gate.last, self._answer
 
     def _ask(self, what: str, planner: Callable[..., plans.Plan], *wish: Any) -> None:
         try:
             if self._answer is None:
-                raise Refusal('no state has come yet; start the robot or the simulator first')
+                raise InputError('no state has come yet; start the robot or the simulator first')
             plan = planner(self._settings, self._answer.reference, *wish)
-        except Refusal as refusal:
+        except InputError as refusal:
             self._counts['refused_inputs'] += 1
             self._refused = self._last_refusal = f'{what}: {refusal}'
             raise
@@ -257,15 +257,15 @@ class Controller:
         self._timeline.begin(plan.motion, what, stamp, plan.branch)
         self._refused = self._stopped = ''
 
-    def _take_over(self, state: ArmState, arrival: Arrival) -> None:
+    def _take_over(self, state: ArmState, arrival: StateStatus) -> None:
         """Begin anew from a measured state: come to rest and hold, or start the experiment."""
         rest = plan_rest(self._settings, state)
-        why = '' if arrival is Arrival.FIRST else f', since {self._gate.sentence}'
+        why = '' if arrival is StateStatus.FIRST else f', since {self._gate.sentence}'
         self._begin(rest, f'hold{why}', state.stamp)
-        if arrival is Arrival.FIRST and self.parameters['autostart'] and self.experiment:
+        if arrival is StateStatus.FIRST and self.parameters['autostart'] and self.experiment:
             try:
                 plan = plan_autostart(self._settings, rest.motion.at(0), self.experiment)
-            except Refusal as refusal:
+            except InputError as refusal:
                 self._refused = self._last_refusal = f'autostart: {refusal}'
                 return
             self._begin(plan, 'experiment', state.stamp)

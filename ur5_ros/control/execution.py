@@ -4,15 +4,15 @@ import numpy as np
 
 from ur5_ros.control.point_to_point import MotionLimits, smooth_stop
 from ur5_ros.control.tool_motion import Branch
-from ur5_ros.control.trajectory import Motion, Still
+from ur5_ros.control.trajectory import Hold, Trajectory
 from ur5_ros.signals import Reference
 
 
-class Timeline:
+class TrajectoryExecutor:
     """One motion at a time; a motion that ends at speed is brought to rest, then held."""
 
     def __init__(self) -> None:
-        self.motion: Motion = Still(np.zeros(6))
+        self.motion: Trajectory = Hold(np.zeros(6))
         """The motion that is on."""
         self.start = 0
         """Stamp at which it began [ns]."""
@@ -24,9 +24,10 @@ class Timeline:
     @property
     def moving(self) -> bool:
         """Tell whether the reference moves."""
-        return not isinstance(self.motion, Still)
+        return not isinstance(self.motion, Hold)
 
-    def begin(self, motion: Motion, name: str, stamp: int, branch: Branch | None = None) -> None:
+    def begin(self, motion: Trajectory, name: str, stamp: int,
+              branch: Branch | None = None) -> None:
         """
         Let a motion take over.
 
@@ -62,9 +63,9 @@ class Timeline:
 
         """
         motion = self.motion
-        while stamp - self.start > motion.duration and not isinstance(motion, Still):
+        while stamp - self.start > motion.duration and not isinstance(motion, Hold):
             end = motion.at(motion.duration)
             self.start += motion.duration
-            motion = smooth_stop(end, limits) if end.qd.any() else Still(end.q)
+            motion = smooth_stop(end, limits) if end.qd.any() else Hold(end.q)
             self.motion = motion
         return motion.at(stamp - self.start)

@@ -15,8 +15,8 @@ from ur5_ros.config.experiments import (
 from ur5_ros.control.cartesian_path import straight_legs
 from ur5_ros.control.profiles import ToolSamples, joint_waves, tool_circle, tool_waves
 from ur5_ros.control.tool_motion import Branch, check_limits, follow, tool_motion
-from ur5_ros.control.trajectory import SECOND, Motion, Sampled, Step, grid
-from ur5_ros.errors import Refusal
+from ur5_ros.control.trajectory import SECOND, Sampled, Step, Trajectory, grid
+from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference
@@ -25,10 +25,10 @@ from ur5_ros.signals import Reference
 _LARGEST_TABLE = 500_000
 
 
-class ExperimentMotion(NamedTuple):
+class ExperimentTrajectory(NamedTuple):
     """An experiment ready to run."""
 
-    motion: Motion
+    motion: Trajectory
     """The reference along time."""
     branch: Branch | None
     """The inverse-kinematics branch followed; None for motions given in joints."""
@@ -61,12 +61,12 @@ def initial_positions(spec: Experiment, arm: ArmParameters) -> np.ndarray:
     return begin + np.array(spec.initial_error)
 
 
-def experiment_motion(
+def experiment_trajectory(
     spec: Experiment,
     arm: ArmParameters,
     control_rate: int,
     singularity_margin: float,
-) -> ExperimentMotion:
+) -> ExperimentTrajectory:
     """
     Return the motion of an experiment, computed at once for every control period.
 
@@ -96,17 +96,17 @@ def experiment_motion(
     rate = min(control_rate, int(_LARGEST_TABLE / spec.duration))
     try:
         if isinstance(spec, JointStep):
-            return ExperimentMotion(_step(spec, arm), None)
+            return ExperimentTrajectory(_step(spec, arm), None)
         if isinstance(spec, JointWaves):
             times = grid(spec.duration, rate)
             table = joint_waves(times, spec)
             check_limits(table, times, arm)
-            return ExperimentMotion(Sampled(times, rate, table), None)
+            return ExperimentTrajectory(Sampled(times, rate, table), None)
         motion, branch = tool_motion(lambda times: _tool_samples(spec, times, arm),
                                      spec.duration, rate, _start(spec), arm, singularity_margin)
-    except Refusal as refusal:
-        raise Refusal(f'experiment {spec.name}, arm {arm.name}: {refusal}') from None
-    return ExperimentMotion(motion, branch)
+    except InputError as refusal:
+        raise InputError(f'experiment {spec.name}, arm {arm.name}: {refusal}') from None
+    return ExperimentTrajectory(motion, branch)
 
 
 def _start(spec: Experiment) -> np.ndarray:
@@ -123,8 +123,8 @@ def _tool_samples(
         return tool_waves(times, spec, start)
     if isinstance(spec, ToolCircle):
         if np.linalg.norm(np.cross(spec.normal, spec.centre)) < 1e-9:
-            raise Refusal(f'centre {spec.centre} and normal {spec.normal} make no circle; '
-                          'give a centre away from the start and a normal across to it')
+            raise InputError(f'centre {spec.centre} and normal {spec.normal} make no circle; '
+                             'give a centre away from the start and a normal across to it')
         return tool_circle(times, spec, start)
     poses = np.broadcast_to(start, (len(spec.corners), 4, 4)).copy()
     poses[:, :3, 3] += np.array(spec.corners)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 
 class Gains(NamedTuple):
@@ -45,8 +45,9 @@ def gains_from(kp: Sequence[float] | float, kd: Sequence[float] | float) -> Gain
         _check_definite(name, matrix)
     slowest = float(error_poles(gains).real.max())
     if slowest >= 0.0:
-        raise Refusal(f"kp, kd: e'' + Kd e' + Kp e = 0 has a pole with real part {slowest:.6g}; "
-                      'all must be negative (Routh-Hurwitz): raise kd')
+        raise InputError("kp, kd: e'' + Kd e' + Kp e = 0 has a pole with real part "
+                         f"{slowest:.6g}; "
+                         'all must be negative (Routh-Hurwitz): raise kd')
     return gains
 
 
@@ -109,26 +110,26 @@ def _matrix(name: str, values: Sequence[float] | float) -> np.ndarray:
     try:
         numbers = np.array(values, dtype=float).ravel()
     except (TypeError, ValueError):
-        raise Refusal(f'{name} is {values!r}; give 1, 6 or 36 numbers') from None
+        raise InputError(f'{name} is {values!r}; give 1, 6 or 36 numbers') from None
     if not np.all(np.isfinite(numbers)):
         bad = numbers[~np.isfinite(numbers)][0]
-        raise Refusal(f'{name} holds {bad}; give finite numbers')
+        raise InputError(f'{name} holds {bad}; give finite numbers')
     if numbers.size == 1:
         return numbers[0] * np.eye(6)
     if numbers.size == 6:
         return np.diag(numbers)
     if numbers.size == 36:
         return numbers.reshape(6, 6)
-    raise Refusal(f'{name} has {numbers.size} numbers; give 1, 6 (diagonal) or 36 (row by row)')
+    raise InputError(f'{name} has {numbers.size} numbers; give 1, 6 (diagonal) or 36 (row by row)')
 
 
 def _check_definite(name: str, matrix: np.ndarray) -> None:
     scale = max(1.0, float(np.abs(matrix).max()))
     skewness = float(np.abs(matrix - matrix.T).max())
     if skewness > 1e-9 * scale:
-        raise Refusal(f'{name} differs from its transpose by {skewness:.6g}; '
-                      'give a symmetric matrix')
+        raise InputError(f'{name} differs from its transpose by {skewness:.6g}; '
+                         'give a symmetric matrix')
     lowest = float(np.linalg.eigvalsh(matrix).min())
     if lowest <= 0.0:
-        raise Refusal(f'{name} has the eigenvalue {lowest:.6g}; all must be greater than zero '
-                      '(Routh-Hurwitz)')
+        raise InputError(f'{name} has the eigenvalue {lowest:.6g}; all must be greater than zero '
+                         '(Routh-Hurwitz)')

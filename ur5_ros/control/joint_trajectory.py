@@ -9,7 +9,7 @@ import numpy as np
 from ur5_ros.control.quintic import powers, quintic
 from ur5_ros.control.tool_motion import check_limits
 from ur5_ros.control.trajectory import SECOND
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference
 
@@ -113,7 +113,8 @@ def joint_spline(
         times.insert(0, 0)
         states.insert(0, (start.q, start.qd, start.qdd))
     if len(times) == 1 or times[-1] <= 0:
-        raise Refusal('the last point is due at once; give it a time_from_start greater than zero')
+        raise InputError('the last point is due at once; give it a time_from_start greater than '
+                         'zero')
     coefficients = np.array([
         _segment(states[i], states[i + 1], (times[i + 1] - times[i]) / SECOND)
         for i in range(len(times) - 1)])
@@ -125,9 +126,9 @@ def joint_spline(
     gap = start.q - spline.at(0).q
     if np.abs(gap).max() > TAKEOVER_TOLERANCE:
         joint = int(np.abs(gap).argmax())
-        raise Refusal(f'joint {joint + 1} would jump by {abs(gap[joint]):.4f} rad; at most '
-                      f'{TAKEOVER_TOLERANCE:g} is bridged: give the first point a time to get '
-                      'there')
+        raise InputError(f'joint {joint + 1} would jump by {abs(gap[joint]):.4f} rad; at most '
+                         f'{TAKEOVER_TOLERANCE:g} is bridged: give the first point a time to get '
+                         'there')
     spline = spline.bridged(start)
     _check_between(spline, times, arm)
     return spline
@@ -165,38 +166,41 @@ def check_points(
 
     """
     if not points:
-        raise Refusal('the trajectory has no points; use ~/hold to stop')
+        raise InputError('the trajectory has no points; use ~/hold to stop')
     for i, point in enumerate(points):
         _check_arrays(point, i + 1, joints)
         if point.time_from_start < 0:
-            raise Refusal(f'point {i + 1} has time_from_start {point.time_from_start / SECOND} s; '
-                          'give zero or more')
+            raise InputError(f'point {i + 1} has time_from_start '
+                             f'{point.time_from_start / SECOND} s; '
+                             'give zero or more')
         if i and point.time_from_start <= points[i - 1].time_from_start:
-            raise Refusal(f'point {i + 1} has time_from_start {point.time_from_start / SECOND} s, '
-                          f'point {i} {points[i - 1].time_from_start / SECOND} s; times must '
-                          'strictly increase')
+            raise InputError(f'point {i + 1} has time_from_start '
+                             f'{point.time_from_start / SECOND} s, '
+                             f'point {i} {points[i - 1].time_from_start / SECOND} s; times must '
+                             'strictly increase')
     last = points[-1]
     fastest = max((abs(value) for value in last.velocities), default=0.0)
     if fastest > np.finfo(np.float32).eps and not allow_nonzero_end_velocity:
-        raise Refusal(f'the last point has a velocity of {fastest:g} rad/s; give zeros, or set '
-                      'allow_nonzero_velocity_at_trajectory_end')
+        raise InputError(f'the last point has a velocity of {fastest:g} rad/s; give zeros, or set '
+                         'allow_nonzero_velocity_at_trajectory_end')
     if start and start + last.time_from_start < now:
         late = (now - start - last.time_from_start) / SECOND
-        raise Refusal(f'the trajectory ended {late:.3f} s ago; give a later stamp, or stamp 0 to '
-                      'start at once')
+        raise InputError(f'the trajectory ended {late:.3f} s ago; give a later stamp, or stamp '
+                         '0 to '
+                         'start at once')
 
 
 def _check_arrays(point: TrajectoryPoint, number: int, joints: int) -> None:
     if len(point.effort):
-        raise Refusal(f'point {number} gives efforts; leave them empty, the law makes them')
+        raise InputError(f'point {number} gives efforts; leave them empty, the law makes them')
     for name in ('positions', 'velocities', 'accelerations'):
         values = getattr(point, name)
         if len(values) != joints and (len(values) or name == 'positions'):
-            raise Refusal(f'point {number} has {len(values)} {name} for {joints} joints; '
-                          f'give {joints}')
+            raise InputError(f'point {number} has {len(values)} {name} for {joints} joints; '
+                             f'give {joints}')
         if not np.all(np.abs(np.array(values, dtype=float)) < _LARGEST):  # False for NaN
-            raise Refusal(f'point {number} has {name} {list(values)}; give finite numbers of a '
-                          'joint')
+            raise InputError(f'point {number} has {name} {list(values)}; give finite numbers of a '
+                             'joint')
 
 
 def _state(point: TrajectoryPoint, order: Sequence[int]) -> tuple:

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.control.execution import Timeline
+from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.tool_motion import singularity_distance
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
@@ -16,7 +16,7 @@ REFUSED = 'refused'
 STOPPED = 'stopped by a limit'
 
 
-class Answer(NamedTuple):
+class ControlOutput(NamedTuple):
     """The answer to one state."""
 
     stamp: int
@@ -37,9 +37,9 @@ class Answer(NamedTuple):
 
 
 def describe(
-    answer: Answer | None,
+    answer: ControlOutput | None,
     state: ArmState | None,
-    timeline: Timeline,
+    timeline: TrajectoryExecutor,
     arm: ArmParameters,
 ) -> dict[str, Any]:
     """

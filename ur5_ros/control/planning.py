@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.control.cartesian_path import speed_path, stamped_path
-from ur5_ros.control.experiment import ExperimentMotion
+from ur5_ros.control.experiment import ExperimentTrajectory
 from ur5_ros.control.joint_trajectory import TrajectoryPoint, check_points, joint_spline
 from ur5_ros.control.point_to_point import point_to_point, smooth_stop
 from ur5_ros.control.settings import Settings
 from ur5_ros.control.targets import in_base, joint_order, joint_values, solve_pose
 from ur5_ros.control.tool_motion import Branch, tool_motion
-from ur5_ros.control.trajectory import SECOND, InSequence, Motion
-from ur5_ros.errors import Refusal
+from ur5_ros.control.trajectory import SECOND, Trajectory, TrajectorySequence
+from ur5_ros.errors import InputError
 from ur5_ros.signals import Reference
 
 #: Paths have at most this many control periods [count].
@@ -23,7 +23,7 @@ _LONGEST_PATH = 500_000
 class Plan(NamedTuple):
     """A motion about to begin, and how it was chosen."""
 
-    motion: Motion
+    motion: Trajectory
     """Time 0 = the state answered last."""
     branch: Branch | None = None
     """Inverse-kinematics branch, where one was chosen."""
@@ -177,33 +177,35 @@ def plan_path(
     """
     poses = in_base(poses, frame, settings.prefix)
     if len(poses) < 2:
-        raise Refusal(f'the path has {len(poses)} poses; give two or more, or use ~/target_pose')
+        raise InputError(f'the path has {len(poses)} poses; give two or more, or use '
+                         '~/target_pose')
     if len(times) not in (0, len(poses)):
-        raise Refusal(f'{len(times)} stamps for {len(poses)} poses; give one each, or none')
+        raise InputError(f'{len(times)} stamps for {len(poses)} poses; give one each, or none')
     if len(set(times)) <= 1:
         lines, duration = speed_path(poses, settings.tool_speed)
     else:
         lines = stamped_path(poses, np.array([(time - times[0]) / SECOND for time in times]))
         duration = (times[-1] - times[0]) / SECOND
     if duration * settings.control_rate > _LONGEST_PATH:
-        raise Refusal(f'the path takes {duration:.1f} s; at {settings.control_rate} Hz at most '
-                      f'{_LONGEST_PATH / settings.control_rate:.0f} s are followed: send it in '
-                      'parts')
+        raise InputError(f'the path takes {duration:.1f} s; at {settings.control_rate} Hz at most '
+                         f'{_LONGEST_PATH / settings.control_rate:.0f} s are followed: send it in '
+                         'parts')
     motion, branch = tool_motion(lines, duration, settings.control_rate, start.q, settings.arm,
                                  settings.singularity_margin)
     begin = motion.at(0).q
     jump = np.abs(begin - start.q)
     if jump.max() > settings.max_joint_jump:
-        raise Refusal(f'joint {int(jump.argmax()) + 1} would have to turn by {jump.max():.4f} rad '
-                      f'to the first pose; max_joint_jump is {settings.max_joint_jump:g}')
+        raise InputError(f'joint {int(jump.argmax()) + 1} would have to turn by '
+                         f'{jump.max():.4f} rad '
+                         f'to the first pose; max_joint_jump is {settings.max_joint_jump:g}')
     approach = point_to_point(start, begin, settings.motion_limits, settings.arm)
-    return Plan(InSequence(approach, motion, settings.control_rate), branch)
+    return Plan(TrajectorySequence(approach, motion, settings.control_rate), branch)
 
 
 def plan_experiment(
     settings: Settings,
     start: Reference,
-    experiment: ExperimentMotion | None,
+    experiment: ExperimentTrajectory | None,
 ) -> Plan:
     """
     Return the motion to where an experiment begins, and the experiment.
@@ -229,10 +231,11 @@ def plan_experiment(
 
     """
     if experiment is None:
-        raise Refusal('no experiment is set; start the node with the parameter experiment')
+        raise InputError('no experiment is set; start the node with the parameter experiment')
     begin = experiment.motion.at(0)
     approach = point_to_point(start, begin.q, settings.motion_limits, settings.arm, begin.qd)
-    return Plan(InSequence(approach, experiment.motion, settings.control_rate), experiment.branch)
+    return Plan(TrajectorySequence(approach, experiment.motion, settings.control_rate),
+                experiment.branch)
 
 
 def plan_stop(settings: Settings, start: Reference) -> Plan:

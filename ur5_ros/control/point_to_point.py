@@ -7,7 +7,7 @@ import numpy as np
 import ruckig
 
 from ur5_ros.control.trajectory import SECOND
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, Reference
 
@@ -130,8 +130,8 @@ def _planned(
         if result in (ruckig.Result.Working, ruckig.Result.Finished):
             return trajectory
     joint = int(np.abs(start.qd).argmax())
-    raise Refusal(f'no jerk-limited motion found from {start.qd[joint]:.6g} rad/s of '
-                  f'{JOINT_NAMES[joint]}; ask again from rest')
+    raise InputError(f'no jerk-limited motion found from {start.qd[joint]:.6g} rad/s of '
+                     f'{JOINT_NAMES[joint]}; ask again from rest')
 
 
 def _check_positions(low: np.ndarray, high: np.ndarray, arm: ArmParameters) -> None:
@@ -139,5 +139,5 @@ def _check_positions(low: np.ndarray, high: np.ndarray, arm: ArmParameters) -> N
     for joint in range(6):
         worst = high[joint] if high[joint] > limits.upper[joint] else low[joint]
         if not limits.lower[joint] <= worst <= limits.upper[joint]:
-            raise Refusal(f'{JOINT_NAMES[joint]} would go to {worst:.4f} rad; its limits are '
-                          f'{limits.lower[joint]:.4f} to {limits.upper[joint]:.4f}')
+            raise InputError(f'{JOINT_NAMES[joint]} would go to {worst:.4f} rad; its limits are '
+                             f'{limits.lower[joint]:.4f} to {limits.upper[joint]:.4f}')

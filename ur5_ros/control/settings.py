@@ -10,7 +10,7 @@ from ur5_ros.control.gains import Gains, gains_from, sampled_radius
 from ur5_ros.control.law import PLAIN_MODES
 from ur5_ros.control.point_to_point import MotionLimits
 from ur5_ros.control.tolerances import Tolerances, default_tolerances
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inertia_matrix
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
@@ -121,8 +121,8 @@ def check_sampled(mode: str, gains: Gains, arm: ArmParameters, control_rate: int
     if mode not in PLAIN_MODES:
         radius = sampled_radius(gains, None, 1.0 / control_rate)
         if radius >= 1.0:
-            raise Refusal(f'kp, kd make the loop unstable when sampled at {control_rate} Hz '
-                          f'(spectral radius {radius:.4g}); lower kd below {control_rate} 1/s')
+            raise InputError(f'kp, kd make the loop unstable when sampled at {control_rate} Hz '
+                             f'(spectral radius {radius:.4g}); lower kd below {control_rate} 1/s')
         return
     inertia = inertia_matrix(np.array(HOME) + arm.angle_offset, arm)
     radius = sampled_radius(gains, inertia, 1.0 / control_rate)
@@ -132,9 +132,9 @@ def check_sampled(mode: str, gains: Gains, arm: ArmParameters, control_rate: int
     largest = control_rate / np.diag(np.linalg.inv(inertia))
     joint = int((np.diag(gains.kd) / largest).argmax())
     if gains.kd[joint, joint] <= largest[joint]:
-        raise Refusal(f'mode {mode} sampled at {control_rate} Hz is unstable (spectral radius '
-                      f'{radius:.4g}); lower kp')
-    raise Refusal(
+        raise InputError(f'mode {mode} sampled at {control_rate} Hz is unstable (spectral radius '
+                         f'{radius:.4g}); lower kp')
+    raise InputError(
         f'mode {mode} sampled at {control_rate} Hz is unstable: kd of {JOINT_NAMES[joint]} is '
         f'{gains.kd[joint, joint]:g} N m s/rad; for arm {arm.name} give at most about '
         f'[{", ".join(map(_two_digits, largest))}]')
@@ -166,9 +166,9 @@ def changed(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[s
     new = dict(parameters)
     for name, value in changes.items():
         if name not in known:
-            raise Refusal(f'unknown parameter {name!r}')
+            raise InputError(f'unknown parameter {name!r}')
         if not known[name].live:
-            raise Refusal(f'{name} is read at the start only; restart with the new value')
+            raise InputError(f'{name} is read at the start only; restart with the new value')
         new[name] = check(known[name], value)
     return new
 

@@ -4,7 +4,7 @@ from enum import Enum
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import Limits
 from ur5_ros.signals import ArmState
 
@@ -16,7 +16,7 @@ LARGEST_RUN = 10
 LARGEST = 1e6
 
 
-class Arrival(Enum):
+class StateStatus(Enum):
     """What a state is, after the one before it."""
 
     FOLLOWS = 'follows'
@@ -27,7 +27,7 @@ class Arrival(Enum):
     UNBELIEVED = 'not believed'
 
 
-class StateGate:
+class StateValidator:
     """Compares each state with the last one that was believed."""
 
     def __init__(self) -> None:
@@ -38,7 +38,7 @@ class StateGate:
         self._suspect: ArmState | None = None
         self._run = 0
 
-    def take(self, state: ArmState, largest_jump: float) -> Arrival:
+    def take(self, state: ArmState, largest_jump: float) -> StateStatus:
         """
         Return what a state is, and remember it when it is believed.
 
@@ -69,21 +69,21 @@ class StateGate:
         if not sum(map(abs, q)) + sum(map(abs, state.qd.tolist())) < LARGEST:  # True for NaN
             return self._doubt(state, 'the state holds a number not finite or beyond any joint')
         if last is None:
-            return self.believe(state, Arrival.FIRST)
+            return self.accept(state, StateStatus.FIRST)
         step = state.stamp - last.stamp
         if step < 0:
             self.sentence = f'the clock went back by {-step / 1e9:.6f} s'
-            return self.believe(state, Arrival.RESTARTED)
+            return self.accept(state, StateStatus.RESTARTED)
         if step > CLOCK_GAP:
             self.sentence = f'the clock jumped ahead by {step / 1e9:.6f} s'
-            return self.believe(state, Arrival.GAP)
+            return self.accept(state, StateStatus.GAP)
         # six numbers: a plain loop takes a fifth of the time of array operations
         jump = max(abs(a - b) for a, b in zip(q, last.q.tolist(), strict=True))
         if jump <= largest_jump:
-            return self.believe(state, Arrival.FOLLOWS)
+            return self.accept(state, StateStatus.FOLLOWS)
         suspect = self._suspect
         if suspect is not None and np.abs(state.q - suspect.q).max() <= largest_jump:
-            return self.believe(state, Arrival.MOVED)
+            return self.accept(state, StateStatus.MOVED)
         joint = int(np.abs(state.q - last.q).argmax())
         verdict = self._doubt(state, f'joint {joint + 1} jumped by {jump:.4f} rad between two '
                               f'states; max_state_jump is {largest_jump:g}')
@@ -95,17 +95,17 @@ class StateGate:
         last = self.last
         return last if last is not None and 0 <= stamp - last.stamp <= CLOCK_GAP else None
 
-    def believe(self, state: ArmState, verdict: Arrival) -> Arrival:
+    def accept(self, state: ArmState, verdict: StateStatus) -> StateStatus:
         """Remember a state as the last one believed; return ``verdict``."""
         self.last, self._suspect, self._run = state, None, 0
         return verdict
 
-    def _doubt(self, state: ArmState, sentence: str) -> Arrival:
+    def _doubt(self, state: ArmState, sentence: str) -> StateStatus:
         self.sentence = sentence
         self._run += 1
         if self.last is None or self._run > LARGEST_RUN:
-            raise Refusal(f'{sentence} at stamp {state.stamp} ns; not answered')
-        return Arrival.UNBELIEVED
+            raise InputError(f'{sentence} at stamp {state.stamp} ns; not answered')
+        return StateStatus.UNBELIEVED
 
 
 def bounds(limits: Limits) -> list[tuple[float, float, float]]:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ur5_ros.control.experiment import ExperimentMotion
+from ur5_ros.control.experiment import ExperimentTrajectory
 from ur5_ros.control.planning import Plan, plan_experiment, plan_stop
 from ur5_ros.control.settings import Settings
-from ur5_ros.control.trajectory import Still
+from ur5_ros.control.trajectory import Hold
 from ur5_ros.signals import ArmState, Reference
 
 #: An autostarted experiment begins at once when the arm stands this near to it [rad]; from further
@@ -34,11 +34,11 @@ def plan_rest(settings: Settings, state: ArmState) -> Plan:
     """
     speed, zero = np.abs(state.qd), np.zeros(6)
     if speed.max() < _STANDING or (speed > 2.0 * settings.arm.limits.velocity).any():
-        return Plan(Still(state.q))
+        return Plan(Hold(state.q))
     return plan_stop(settings, Reference(state.q.copy(), state.qd.copy(), zero))
 
 
-def plan_autostart(settings: Settings, start: Reference, experiment: ExperimentMotion) -> Plan:
+def plan_autostart(settings: Settings, start: Reference, experiment: ExperimentTrajectory) -> Plan:
     """
     Return the experiment begun now, or approached where the arm stands far from it.
 

@@ -6,7 +6,7 @@ from math import hypot
 import numpy as np
 
 from ur5_ros.control.tool_motion import Branch, singularity_distance
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.inverse_kinematics import inverse_kinematics, nearest_solution
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
@@ -45,13 +45,13 @@ def joint_order(names: Sequence[str], prefix: str = '') -> list[int]:
     given = list(names)
     unknown = [name for name in given if name not in wanted]
     if unknown:
-        raise Refusal(f'unknown joint {unknown[0]!r}; the joints are: {", ".join(wanted)}')
+        raise InputError(f'unknown joint {unknown[0]!r}; the joints are: {", ".join(wanted)}')
     missing = [name for name in wanted if name not in given]
     if missing:
-        raise Refusal(f'joint {missing[0]} is missing; give all of: {", ".join(wanted)}')
+        raise InputError(f'joint {missing[0]} is missing; give all of: {", ".join(wanted)}')
     if len(given) > 6:
         doubled = next(name for name in given if given.count(name) > 1)
-        raise Refusal(f'joint {doubled} stands twice; name each joint once')
+        raise InputError(f'joint {doubled} stands twice; name each joint once')
     return [given.index(name) for name in wanted]
 
 
@@ -80,10 +80,10 @@ def joint_values(what: str, values: Sequence[float], order: Sequence[int]) -> np
 
     """
     if len(values) != 6:
-        raise Refusal(f'{len(values)} {what} for 6 joints; give 6')
+        raise InputError(f'{len(values)} {what} for 6 joints; give 6')
     array = np.array(values, dtype=float)
     if not np.all(np.isfinite(array)):
-        raise Refusal(f'{what} hold {array[~np.isfinite(array)][0]}; give finite numbers')
+        raise InputError(f'{what} hold {array[~np.isfinite(array)][0]}; give finite numbers')
     return array[list(order)]
 
 
@@ -112,11 +112,11 @@ def pose_matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.nd
     p = np.array(position, dtype=float)
     quat = np.array(quaternion, dtype=float)
     if not (np.all(np.isfinite(p)) and np.all(np.isfinite(quat))):
-        raise Refusal(f'pose {p.tolist()}, {quat.tolist()} holds a number that is not finite')
+        raise InputError(f'pose {p.tolist()}, {quat.tolist()} holds a number that is not finite')
     norm = hypot(*quat)
     if abs(norm - 1.0) > QUATERNION_TOLERANCE:
-        raise Refusal(f'the quaternion [{", ".join(f"{v:g}" for v in quat)}] has the norm '
-                      f'{norm:.6g}; give one of norm 1 (x, y, z, w)')
+        raise InputError(f'the quaternion [{", ".join(f"{v:g}" for v in quat)}] has the norm '
+                         f'{norm:.6g}; give one of norm 1 (x, y, z, w)')
     x, y, z, w = quat / norm
     transform = np.eye(4)
     transform[:3, :3] = [
@@ -154,21 +154,21 @@ def in_base(transform: np.ndarray, frame: str, prefix: str = '') -> np.ndarray:
     """
     transform = np.asarray(transform, dtype=float)
     if transform.shape[-2:] != (4, 4) or not np.all(np.isfinite(transform)):
-        raise Refusal(f'pose of shape {transform.shape}; give finite (4, 4) transforms')
+        raise InputError(f'pose of shape {transform.shape}; give finite (4, 4) transforms')
     if np.abs(transform).max(initial=0.0) > _FAR:
-        raise Refusal(f'pose with {np.abs(transform).max():.6g} in it; give metres')
+        raise InputError(f'pose with {np.abs(transform).max():.6g} in it; give metres')
     rotation = transform[..., :3, :3]
     product = np.matmul(rotation, np.swapaxes(rotation, -1, -2))
     skewness = float(np.abs(product - np.eye(3)).max(initial=0.0))
     if skewness > 1e-6 or np.any(np.linalg.det(rotation) < 0.0):
-        raise Refusal(f'the rotation is off by {skewness:.3g} from an orthonormal right-handed '
-                      'matrix; give a rotation')
+        raise InputError(f'the rotation is off by {skewness:.3g} from an orthonormal right-handed '
+                         'matrix; give a rotation')
     if frame == prefix + 'base':
         return transform
     if frame == prefix + 'base_link':
         return np.matmul(_TURNED, transform)
-    raise Refusal(f'frame {frame!r} is not known; give the pose in {prefix}base or '
-                  f'{prefix}base_link')
+    raise InputError(f'frame {frame!r} is not known; give the pose in {prefix}base or '
+                     f'{prefix}base_link')
 
 
 def solve_pose(
@@ -212,8 +212,9 @@ def solve_pose(
     way = np.abs(target - offset - near)
     if way.max() > max_joint_jump:
         joint = int(way.argmax())
-        raise Refusal(f'{JOINT_NAMES[joint]} would have to turn by {way[joint]:.4f} rad to '
-                      f'the nearest solution; max_joint_jump is {max_joint_jump:g}: go there in '
-                      'steps, or by ~/target_joints')
+        raise InputError(f'{JOINT_NAMES[joint]} would have to turn by {way[joint]:.4f} rad to '
+                         f'the nearest solution; max_joint_jump is {max_joint_jump:g}: go there '
+                         'in '
+                         'steps, or by ~/target_joints')
     q = target - offset
     return q, Branch(int(label), len(solutions.q), float(singularity_distance(q, arm)))

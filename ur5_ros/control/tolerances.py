@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 #: Speed below which a joint counts as stopped at the goal [rad/s] (as UR's controller file).
@@ -167,8 +167,8 @@ def _merged(
     merged = default.copy()
     for tolerance in given:
         if tolerance.name not in place:
-            raise Refusal(f'{what}_tolerance names {tolerance.name!r}; '
-                          f'the joints are: {", ".join(place)}')
+            raise InputError(f'{what}_tolerance names {tolerance.name!r}; '
+                             f'the joints are: {", ".join(place)}')
         for row, value in enumerate(tolerance[1:]):
             joint = place[tolerance.name]
             merged[row, joint] = _resolved(f'{what}_tolerance of {tolerance.name}', value,
@@ -182,8 +182,8 @@ def _resolved(what: str, value: float, default: float) -> float:
     if value == -1.0:
         return np.inf
     if not value > 0.0:
-        raise Refusal(f'{what} is {value}; give a positive number, 0 for the default or -1 for '
-                      'no limit')
+        raise InputError(f'{what} is {value}; give a positive number, 0 for the default or -1 for '
+                         'no limit')
     return value
 
 

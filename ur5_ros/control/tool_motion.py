@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.control.profiles import ToolSamples
 from ur5_ros.control.trajectory import Sampled, grid
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
 from ur5_ros.model.kinematics import jacobian, jacobian_rate
 from ur5_ros.model.parameters import ArmParameters
@@ -275,5 +275,5 @@ def _first_trouble(
     return i, times, 'would need a jump to another branch'
 
 
-def _refused(i: int, times: np.ndarray, why: str) -> Refusal:
-    return Refusal(f'sample {i + 1} of {times.size} (t = {times[i]:.3f} s) {why}')
+def _refused(i: int, times: np.ndarray, why: str) -> InputError:
+    return InputError(f'sample {i + 1} of {times.size} (t = {times[i]:.3f} s) {why}')

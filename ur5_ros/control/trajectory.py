@@ -10,7 +10,7 @@ from ur5_ros.signals import Reference
 SECOND = 1_000_000_000
 
 
-class Motion(Protocol):
+class Trajectory(Protocol):
     """A reference along time; asking changes nothing."""
 
     duration: int
@@ -47,7 +47,7 @@ def seconds(time: int, rate: int) -> tuple[float, int | None]:
     return time / SECOND, None
 
 
-class Still:
+class Hold:
     """The arm stands at one configuration."""
 
     def __init__(self, q: np.ndarray):
@@ -65,7 +65,7 @@ class Step:
 
     def __init__(self, before: np.ndarray, after: np.ndarray, jump: int, duration: int):
         self.duration = duration
-        self._before, self._after, self._jump = Still(before), Still(after), jump
+        self._before, self._after, self._jump = Hold(before), Hold(after), jump
 
     def at(self, time: int) -> Reference:
         """Return the configuration before or, from the jump on, after it."""
@@ -103,10 +103,10 @@ class Sampled:
         return Reference(self._q[index], self._qd[index], self._qdd[index])
 
 
-class InSequence:
+class TrajectorySequence:
     """One motion after the other; the first is drawn out to whole control periods."""
 
-    def __init__(self, first: Motion, second: Motion, rate: int):
+    def __init__(self, first: Trajectory, second: Trajectory, rate: int):
         self._first, self._second = first, second
         periods = -(-first.duration * rate // SECOND)
         self._switch = (2 * periods * SECOND + rate) // (2 * rate)

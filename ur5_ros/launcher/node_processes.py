@@ -14,7 +14,7 @@ from types import FrameType, TracebackType
 from typing import Any
 
 from ur5_ros.config import config_folder
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Wall-clock time that a node gets to close its bag after being asked to end [s].
 GRACE = 10.0
@@ -117,7 +117,7 @@ class NodeProcesses:
         except subprocess.TimeoutExpired:
             return None
 
-    def last_words(self, name: str) -> str:
+    def last_log_line(self, name: str) -> str:
         """Return the last line that a node printed."""
         text = (self.logs / f'{name}.log').read_text(errors='replace').strip()
         return text.splitlines()[-1].strip() if text else 'no output'
@@ -171,8 +171,8 @@ def claim_domain() -> tuple[int, socket.socket]:
         if all(_is_free(first + offset) for offset in (0, 10, 11, 12, 13)):
             return domain, claim
         claim.close()
-    raise Refusal('all ROS domains from 1 to 101 are in use on this machine; '
-                  'set ROS_DOMAIN_ID yourself')
+    raise InputError('all ROS domains from 1 to 101 are in use on this machine; '
+                     'set ROS_DOMAIN_ID yourself')
 
 
 def _is_free(port: int) -> bool:

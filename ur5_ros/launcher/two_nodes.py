@@ -7,13 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.launcher.node_processes import GRACE, NodeProcesses, shared_core
 from ur5_ros.launcher.progress import BagGrowth
 from ur5_ros.loop.run_config import Plan
 
 #: Wall-clock time without a new state after which a run is given up [s].
-PATIENCE = 120.0
+START_TIMEOUT = 120.0
 
 _DEFAULTS = {'sim': complete(SIM_PARAMETERS, {}), 'control': complete(CONTROL_PARAMETERS, {})}
 
@@ -62,8 +62,8 @@ def run_two_nodes(
             for name in _NODES:
                 code = nodes.end(name)
                 if code != 0:
-                    raise Refusal(f'{name}_node ended with code {code}: '
-                                  f'{nodes.last_words(name)}')
+                    raise InputError(f'{name}_node ended with code {code}: '
+                                     f'{nodes.last_log_line(name)}')
         finally:
             for name in _NODES:
                 shutil.copy(Path(logs) / f'{name}.log', folder)
@@ -83,8 +83,9 @@ def _watch(nodes: NodeProcesses, growth: BagGrowth, plan: Plan,
             progress(min(states / plan.sim['control_rate'], plan.duration))
         code = nodes.poll('control')
         if code is not None and nodes.wait('sim', GRACE) is None:
-            raise Refusal(f'control_node ended with code {code}: {nodes.last_words("control")}')
-        if now - moved > PATIENCE:
-            raise Refusal(f'no new state for {PATIENCE:g} s; sim_node says: '
-                          f'{nodes.last_words("sim")}')
+            raise InputError(f'control_node ended with code {code}: '
+                             f'{nodes.last_log_line("control")}')
+        if now - moved > START_TIMEOUT:
+            raise InputError(f'no new state for {START_TIMEOUT:g} s; sim_node says: '
+                             f'{nodes.last_log_line("sim")}')
     return time.monotonic() - began

@@ -8,7 +8,7 @@ from ur5_ros.analysis.data.run import States
 from ur5_ros.control.controller import Controller
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.loop.recording import record
-from ur5_ros.loop.rollout import fast_lane
+from ur5_ros.loop.rollout import rollout
 from ur5_ros.loop.run_config import Plan, arm_named
 from ur5_ros.signals import ArmState, Reference
 from ur5_ros.sim.plant import Plant
@@ -39,7 +39,7 @@ def run_closed_loop(plan: Plan, folder: Path | None = None) -> LoopRun:
         If a parameter is refused, or the folder exists.
 
     """
-    run = fast_lane(plan) or full_loop(plan)
+    run = rollout(plan) or full_loop(plan)
     if folder is not None:
         record(run, folder)
     return run

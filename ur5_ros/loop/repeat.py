@@ -9,7 +9,7 @@ from ur5_ros.analysis.data.run import Event, Run, Side
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.control.controller import Controller
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES, ArmState
 from ur5_ros.sim.plant import Plant
 
@@ -77,8 +77,9 @@ def resimulate(run: Run) -> Repetition:
     side = _side(run, run.sim, 'simulator')
     whole = np.diff(run.stamp) > 1.5e9 / run.control_rate
     if whole.any():
-        raise Refusal(f'{run.name}: a gap after {run.stamp[np.argmax(whole)] * 1e-9:.9g} s; only '
-                      'a recording without gaps can be repeated')
+        raise InputError(f'{run.name}: a gap after {run.stamp[np.argmax(whole)] * 1e-9:.9g} s; '
+                         'only '
+                         'a recording without gaps can be repeated')
     lockstep = side.parameters['lockstep'] and run.command is not None
     by_command = bool(lockstep and np.isfinite(run.command[:-1]).all())
     given = dict(side.parameters) | {'gui': False}
@@ -113,7 +114,7 @@ def recontrol(run: Run) -> Repetition:
     """
     side = _side(run, run.control, 'controller')
     if run.command is None:
-        raise Refusal(f'{run.name}: no command is recorded; nothing to compare with')
+        raise InputError(f'{run.name}: no command is recorded; nothing to compare with')
     law = Controller(complete(CONTROL_PARAMETERS, side.parameters), round(run.control_rate),
                      arm=side.arm)
     found = np.full_like(run.command, np.nan)
@@ -131,7 +132,8 @@ def recontrol(run: Run) -> Repetition:
 
 def _side(run: Run, side: Side | None, what: str) -> Side:
     if side is None or not side.parameters:
-        raise Refusal(f'{run.name}: the {what} did not record; give a run of ur5_ros with its bag')
+        raise InputError(f'{run.name}: the {what} did not record; give a run of ur5_ros with '
+                         'its bag')
     return side
 
 

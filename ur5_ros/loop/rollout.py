@@ -12,10 +12,10 @@ import numpy as np
 from ur5_ros.analysis.data.run import States
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.control import law_kernel
-from ur5_ros.control.experiment import experiment_motion
+from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.settings import settings_from
 from ur5_ros.loop.loop_run import LoopRun
-from ur5_ros.loop.rollout_engine import FastPlant, Passage
+from ur5_ros.loop.rollout_engine import Rollout, RolloutEngine
 from ur5_ros.loop.run_config import Plan, arm_named
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, stamp_of_period
@@ -29,7 +29,7 @@ _CONTROL_PLAIN = {'effort_convention': 'total', 'mode': 'computed_torque', 'auto
 _IMPERFECT = ('delay.state_periods', 'noise.position', 'noise.velocity')
 
 
-def fast_lane(plan: Plan) -> LoopRun | None:
+def rollout(plan: Plan) -> LoopRun | None:
     """
     Return the run of a plan, or None where it is not a usual one.
 
@@ -59,7 +59,7 @@ def fast_lane(plan: Plan) -> LoopRun | None:
     settings = settings_from(control, arm, rate)  # refuses what cannot run
     check_initial_state(sim_arm, sim['initial_positions'])
     stamp, table = stamp[:plan.periods], Reference(*(part[:plan.periods] for part in table))
-    passage = FastPlant(plan, sim_arm).run(settings, table)
+    passage = RolloutEngine(plan, sim_arm).run(settings, table)
     if passage is None or not _within_limits(passage, sim_arm):
         return None
     states = passage.states[::sim['physics_rate'] // rate]
@@ -71,7 +71,7 @@ def fast_lane(plan: Plan) -> LoopRun | None:
                    passage.torque, table, passage.events)
 
 
-def _within_limits(passage: Passage, arm: ArmParameters) -> bool:
+def _within_limits(passage: Rollout, arm: ArmParameters) -> bool:
     """Tell whether nothing came near what the plant would have acted upon."""
     q, qd, limits = passage.states[:, :6], np.abs(passage.states[:, 6:]), arm.limits
     return bool(((limits.lower <= q) & (q <= limits.upper) & (qd <= limits.velocity)).all()
@@ -82,8 +82,8 @@ def _within_limits(passage: Passage, arm: ArmParameters) -> bool:
 def _table(experiment: str, arm: str, control_rate: int,
            margin: float) -> tuple[np.ndarray, Reference]:
     """Return stamp and reference of every period of an experiment, from state 1 on."""
-    motion = experiment_motion(load_experiment(experiment), arm_named(arm), control_rate,
-                               margin).motion
+    motion = experiment_trajectory(load_experiment(experiment), arm_named(arm), control_rate,
+                                   margin).motion
     first = stamp_of_period(1, control_rate)
     stamps, rows, k = [], [], 1
     while (stamp := stamp_of_period(k, control_rate)) - first <= motion.duration:

@@ -17,9 +17,9 @@ from ur5_ros.signals import Reference, stamp_of_period
 from ur5_ros.sim.bullet_arm import BulletArm
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.fallback import fallback_torque
-from ur5_ros.sim.integrator import NOBODY, Joints, Scheme
+from ur5_ros.sim.integrator import NO_JOINTS, Joints, PlantIntegrator
 from ur5_ros.sim.payload import loaded_arm
-from ur5_ros.sim.plant_parameters import Conditions
+from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Noise
 
 #: Bodies loaded into one world; PyBullet forgets some four thousand bytes of each.
@@ -30,7 +30,7 @@ _write = struct.Struct('12d').pack_into
 _ROW = 12 * 8  # bytes of q, qd
 
 
-class Passage(NamedTuple):
+class Rollout(NamedTuple):
     """What happened in a run of n periods."""
 
     states: np.ndarray
@@ -46,7 +46,7 @@ class Passage(NamedTuple):
     events: tuple[Event, ...]
 
 
-class FastPlant:
+class RolloutEngine:
     """
     An arm at its initial state, for one run.
 
@@ -63,11 +63,11 @@ class FastPlant:
         self._sim, self._arm, self._periods = plan.sim, arm, plan.periods
         self._substeps = plan.sim['physics_rate'] // plan.sim['control_rate']
         self._delay = min(plan.sim['delay.command_periods'], plan.periods - 1)
-        self._effects = Conditions(plan.sim).effects(arm)
-        scheme = Scheme(self._effects, 1.0 / plan.sim['physics_rate'])
+        self._effects = PlantParameters(plan.sim).effects(arm)
+        scheme = PlantIntegrator(self._effects, 1.0 / plan.sim['physics_rate'])
         self._scheme = None if scheme.none else scheme
 
-    def run(self, settings: Settings, table: Reference) -> Passage | None:
+    def run(self, settings: Settings, table: Reference) -> Rollout | None:
         """
         Return what plant and law do to each other; None where the long way has to tell.
 
@@ -82,7 +82,7 @@ class FastPlant:
         periods, delay, law = self._periods, self._delay, OrdinaryPeriods(settings)
         states = np.empty(((periods - 1) * self._substeps + 1, 12))
         states[0] = [*self._sim['initial_positions'], *self._sim['initial_velocities']]
-        told = _Told(self._sim, states[::self._substeps])
+        told = _MeasuredStates(self._sim, states[::self._substeps])
         if not law.possible or np.abs(told.first[:6] - table.q[0]).max() > START_DISTANCE:
             return None
         torque, effort = np.empty((periods, 5, 6)), np.empty((periods - 1, 6))
@@ -92,10 +92,10 @@ class FastPlant:
         except (ArithmeticError, np.linalg.LinAlgError):
             return None
         effort[delay:] = torque[:periods - 1 - delay, TOTAL]
-        return Passage(states, told.late, told.seen(), effort, torque, self._events())
+        return Rollout(states, told.late, told.seen(), effort, torque, self._events())
 
     def _go_round(self, law: OrdinaryPeriods, table: Reference, states: np.ndarray,
-                  told: '_Told', torque: np.ndarray, effort: np.ndarray) -> bool:
+                  told: '_MeasuredStates', torque: np.ndarray, effort: np.ndarray) -> bool:
         """Fill the arrays, the effort as far as no command acts; tell whether all was usual."""
         bullet, scheme, delay, last = self._world(), self._scheme, self._delay, self._periods - 1
         advance, answer, substeps = bullet.stepper(), law.compute, range(self._substeps)
@@ -120,7 +120,7 @@ class FastPlant:
                 if scheme is not None:
                     joints = Joints([*values[:6]], [*values[6:]])
                     tau, held = scheme.engine_torque(bullet, joints, acting)
-                    if held is not NOBODY:
+                    if held is not NO_JOINTS:
                         return False
                 values = advance(tau)
                 at += _ROW
@@ -164,7 +164,7 @@ class FastPlant:
         return bullet
 
 
-class _Told:
+class _MeasuredStates:
     """What the encoders tell: states of some periods before, with noise, or exactly."""
 
     def __init__(self, sim: Mapping[str, Any], states: np.ndarray) -> None:

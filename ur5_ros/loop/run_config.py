@@ -10,7 +10,7 @@ from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_ar
 from ur5_ros.config.experiments import Experiment, load_experiment
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.control.gains import gains_from
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 
 #: Physics steps a second that a run does not go below unless asked [Hz].
@@ -33,7 +33,7 @@ class Plan(NamedTuple):
         return max(1, round(self.sim['stop_after'] * self.sim['control_rate']))
 
 
-def plan_run(
+def run_config(
     experiment: str = 'kebria_fig11', arm: str = 'ur5', control_arm: str | None = None,
     control_rate: int = 1000, physics_rate: int | None = None,
     initial_error: float | list[float] | None = None, duration: float | None = None,
@@ -69,8 +69,8 @@ def plan_run(
     control_arm = arm if control_arm is None else control_arm
     spec = _experiment(experiment)
     if not arm_named(arm).has_tensors:
-        raise Refusal(f'arm {arm} has point masses, which cannot be simulated; '
-                      'give one with tensors, such as ur5_real')
+        raise InputError(f'arm {arm} has point masses, which cannot be simulated; '
+                         'give one with tensors, such as ur5_real')
     duration = float(spec.duration if duration is None else duration)
     if physics_rate is None and control_rate > 0:
         physics_rate = control_rate * -(-PHYSICS_RATE // control_rate)
@@ -104,8 +104,8 @@ def check_rates(control_rate: int, physics_rate: int) -> None:
     below = max(n for n in range(1, control_rate) if physics_rate % n == 0)
     above = next((n for n in range(control_rate, physics_rate + 1) if physics_rate % n == 0),
                  physics_rate)
-    raise Refusal(f'control_rate {control_rate} Hz does not divide physics_rate {physics_rate} '
-                  f'Hz; use {below} or {above}')
+    raise InputError(f'control_rate {control_rate} Hz does not divide physics_rate {physics_rate} '
+                     f'Hz; use {below} or {above}')
 
 
 @cache

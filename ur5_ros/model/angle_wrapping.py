@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.parameters import ArmParameters, Limits
 
@@ -75,12 +75,13 @@ def limits_of_model(arm: ArmParameters, limits: Limits | None) -> tuple[np.ndarr
     for name in ('lower', 'upper'):
         value = np.asarray(getattr(limits, name), dtype=float)
         if value.shape != (6,) or np.isnan(value).any():
-            raise Refusal(f'limits.{name} is {value.tolist()}; give six numbers [rad], infinite '
-                          'where nothing limits')
+            raise InputError(f'limits.{name} is {value.tolist()}; give six numbers [rad], '
+                             'infinite '
+                             'where nothing limits')
     if np.any(limits.lower > limits.upper):
         joint = int(np.argmax(limits.lower > limits.upper))
-        raise Refusal(f'limits of joint {joint + 1} are {limits.lower[joint]} to '
-                      f'{limits.upper[joint]} rad; the lower must not be above the upper')
+        raise InputError(f'limits of joint {joint + 1} are {limits.lower[joint]} to '
+                         f'{limits.upper[joint]} rad; the lower must not be above the upper')
     return limits.lower + arm.angle_offset, limits.upper + arm.angle_offset
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy import empty
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.angle_wrapping import TURN, limits_of_model, turns_allowed
 from ur5_ros.model.kernels import inverse_kinematics as kernels
 from ur5_ros.model.kernels.arguments import finite_array
@@ -183,13 +183,13 @@ def nearest_solution(
     lower, upper = limits_of_model(arm, limits)
     solutions = inverse_kinematics(T, arm, q_near=q_near)
     if solutions.reason:
-        raise Refusal(f'T: {solutions.reason}')
+        raise InputError(f'T: {solutions.reason}')
     q = solutions.q
     least, most = turns_allowed(q, lower, upper)
     q = q + TURN * np.clip(np.round((q_near - q) / TURN), least, most)
     allowed = np.all(least <= most, axis=-1)
     if not np.any(allowed):
-        raise Refusal(_excluded(solutions.q, least > most, limits or arm.limits, arm))
+        raise InputError(_excluded(solutions.q, least > most, limits or arm.limits, arm))
     distance = np.where(allowed, np.sum((q - q_near) ** 2, axis=-1), np.inf)
     return np.clip(q[np.argmin(distance)], lower, upper)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.angle_wrapping import limits_of_model
 from ur5_ros.model.inverse_kinematics import nearest_solution
 from ur5_ros.model.kernels import path as path_kernel
@@ -50,9 +50,9 @@ def follow_path(
     """
     poses = finite_array('T', T, (4, 4))
     if poses.ndim != 3 or len(poses) == 0:
-        raise Refusal(f'T has shape {poses.shape}; give (n, 4, 4) with n at least 1')
+        raise InputError(f'T has shape {poses.shape}; give (n, 4, 4) with n at least 1')
     if not max_step > 0.0:
-        raise Refusal(f'max_step is {max_step} rad; give more than zero')
+        raise InputError(f'max_step is {max_step} rad; give more than zero')
     limits = arm.limits if limits is None else limits
     lower, upper = limits_of_model(arm, limits)
     first = nearest_solution(poses[0], q_start, arm, limits)
@@ -64,7 +64,7 @@ def follow_path(
     step[1:] = np.abs(np.diff(q, axis=0))
     bad = (met != 0.0) | (step.max(axis=1) > max_step)
     if bad.any():
-        raise Refusal(_trouble(int(np.argmax(bad)), poses, met, q, step, limits, arm, max_step))
+        raise InputError(_trouble(int(np.argmax(bad)), poses, met, q, step, limits, arm, max_step))
     return q
 
 

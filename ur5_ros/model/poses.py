@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.kernels.inverse_kinematics import RIGID
 from ur5_ros.model.parameters import ArmParameters
@@ -20,7 +20,7 @@ def single_pose(T: np.ndarray) -> np.ndarray:
     """
     pose = finite_array('T', T, (4, 4))
     if pose.ndim != 2:
-        raise Refusal(f'T has shape {pose.shape}; give (4, 4), one pose')
+        raise InputError(f'T has shape {pose.shape}; give (4, 4), one pose')
     return pose
 
 
@@ -49,13 +49,13 @@ def check_pose(T: np.ndarray) -> None:
                          ('R R^T differs from 1 by', gram)):
         worst = int(np.argmax(defect))
         if defect[worst] > RIGID:
-            raise Refusal(f'T{which.format(worst)} is no rigid transform: {what} '
-                          f'{defect[worst]:.3g}; at most {RIGID:g} is taken as rounding')
+            raise InputError(f'T{which.format(worst)} is no rigid transform: {what} '
+                             f'{defect[worst]:.3g}; at most {RIGID:g} is taken as rounding')
     determinant = np.linalg.det(flat[:, :3, :3])
     worst = int(np.argmin(determinant))
     if determinant[worst] < 1.0 - 4.0 * RIGID:
-        raise Refusal(f'T{which.format(worst)} is no rigid transform: det R is '
-                      f'{determinant[worst]:.6g}; give +1')
+        raise InputError(f'T{which.format(worst)} is no rigid transform: det R is '
+                         f'{determinant[worst]:.6g}; give +1')
 
 
 def unreachable(T: np.ndarray, arm: ArmParameters) -> str:

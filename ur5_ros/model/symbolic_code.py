@@ -5,7 +5,7 @@ from typing import Any
 
 import sympy as sp
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: What :func:`write_code` can write.
 LANGUAGES = ('python', 'c', 'matlab', 'latex')
@@ -41,7 +41,7 @@ def write_code(formulas: Any, language: str) -> str:
 
     """
     if language not in LANGUAGES:
-        raise Refusal(f'language is {language!r}; give one of: {", ".join(LANGUAGES)}')
+        raise InputError(f'language is {language!r}; give one of: {", ".join(LANGUAGES)}')
     parts = []
     for name, attribute, moving in _QUANTITIES:
         matrix = getattr(formulas, attribute)

@@ -11,7 +11,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
 from ur5_ros.bag.playback import Playback
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Wall-clock time that subscribers get to find the topics before the first message [s].
 DISCOVERY = 2.0
@@ -84,8 +84,8 @@ def _publisher(node: Node, topic: str, kind: str) -> Publisher:
     try:
         message_type = getattr(importlib.import_module(f'{package}.msg'), name)
     except (ImportError, AttributeError):
-        raise Refusal(f'message type {kind} of topic {topic} is not installed; leave the topic '
-                      'out with --topics') from None
+        raise InputError(f'message type {kind} of topic {topic} is not installed; leave the topic '
+                         'out with --topics') from None
     durability = DurabilityPolicy.TRANSIENT_LOCAL if kind in _KEPT else DurabilityPolicy.VOLATILE
     qos = QoSProfile(depth=100, durability=durability)
     return node.create_publisher(message_type, topic, qos)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.display import check_display
 from ur5_ros.sim.pybullet_import import pybullet
@@ -50,9 +50,9 @@ class BulletArm:
         try:
             self._client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
         except pybullet.error as error:
-            raise Refusal(f'PyBullet cannot start: {error}; close another simulator') from None
+            raise InputError(f'PyBullet cannot start: {error}; close another simulator') from None
         if self._client < 0:
-            raise Refusal('PyBullet cannot start; close another simulator')
+            raise InputError('PyBullet cannot start; close another simulator')
         self.load(arm, gravity)
         if gui:
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_GUI, 0,
@@ -101,12 +101,12 @@ class BulletArm:
     def stepper(self) -> Callable[[Sequence[float]], tuple[float, ...]]:
         """Return what :attr:`advance` is: a function bound to the bodies that are loaded now."""
         body, joints, client, torque = self._body, self._joints, self._client, _TORQUE
-        push, step = pybullet.setJointMotorControlArray, pybullet.stepSimulation
+        set_wrench, step = pybullet.setJointMotorControlArray, pybullet.stepSimulation
         read = pybullet.getJointStates
 
         def advance(tau: Sequence[float]) -> tuple[float, ...]:
             # a torque lasts one step; two calls before a step would add up
-            push(body, joints, torque, forces=tau, physicsClientId=client)
+            set_wrench(body, joints, torque, forces=tau, physicsClientId=client)
             step(client)
             ((q1, v1, _, _), (q2, v2, _, _), (q3, v3, _, _), (q4, v4, _, _), (q5, v5, _, _),
              (q6, v6, _, _)) = read(body, joints, client)

@@ -4,7 +4,7 @@ import tempfile
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.pybullet_import import pybullet
 from ur5_ros.sim.urdf import urdf_text
@@ -37,7 +37,7 @@ class Camera:
             _FIELD_OF_VIEW, width / height, _NEAR * reach, _FAR * reach)
         self._client = pybullet.connect(pybullet.DIRECT)
         if self._client < 0:
-            raise Refusal('PyBullet cannot start another world; close one')
+            raise InputError('PyBullet cannot start another world; close one')
         with tempfile.NamedTemporaryFile('w', suffix='.urdf', encoding='utf-8') as file:
             file.write(urdf_text(arm))
             file.flush()

@@ -33,7 +33,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.signals import stamp_of_period
-from ur5_ros.sim.command_validation import Crowd, RefusalCount, in_joint_order, is_finite
+from ur5_ros.sim.command_validation import (
+    PublisherMonitor,
+    RefusalCount,
+    in_joint_order,
+    is_finite,
+)
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.pacing import Pacer
 
@@ -96,7 +101,7 @@ class CommandGate:
         self.accepted, self.fired, self.repeatable = 0, 0, True
         self._refusals = RefusalCount(clock)
         self._events: list[Event] = []
-        self._crowd = Crowd()
+        self._crowd = PublisherMonitor()
         self._answer: np.ndarray | None = None
         self._answer_stamp = 0
         self._candidate: np.ndarray | None = None

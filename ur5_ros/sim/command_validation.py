@@ -74,7 +74,7 @@ class RefusalCount:
                      topic=topic, reason=reason, count=count)
 
 
-class Crowd:
+class PublisherMonitor:
     """Watches who publishes commands; more than one is told by name."""
 
     def __init__(self) -> None:

@@ -4,7 +4,7 @@ import os
 import socket
 import sys
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 _UNIX = '/tmp/.X11-unix/X'
 
@@ -25,13 +25,13 @@ def check_display() -> None:
     host, _, number = display.rpartition(':')
     number = number.partition('.')[0]
     if not number.isdigit():
-        raise Refusal(f'gui is true and DISPLAY is {display!r}: no screen; set gui to false')
+        raise InputError(f'gui is true and DISPLAY is {display!r}: no screen; set gui to false')
     if host in ('', 'unix'):
         found = any(_reaches(socket.AF_UNIX, start + _UNIX + number) for start in ('', '\0'))
     else:
         found = _reaches(socket.AF_INET, (host, 6000 + int(number)))
     if not found:
-        raise Refusal(f'gui is true and the screen {display} does not answer; set gui to false')
+        raise InputError(f'gui is true and the screen {display} does not answer; set gui to false')
 
 
 def _reaches(family: int, address: str | tuple[str, int]) -> bool:

@@ -11,7 +11,7 @@ from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.limits import LimitWatch
 
 
-class Diary:
+class EventLog:
     """
     Tells every change once.
 
@@ -72,7 +72,7 @@ class Diary:
         self.tell(stamp, 'protective_stop',
                   f'protective stop: {why}; the brake acts until a reset', joints=list(joints))
 
-    def look_at_limits(self, before: int, after: ArmState, clamped: np.ndarray, held: np.ndarray,
+    def check_limits(self, before: int, after: ArmState, clamped: np.ndarray, held: np.ndarray,
                        overspeed_stop: bool) -> None:
         """
         Tell who began or ceased to touch a limit in a period.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ur5_ros.sim.bullet_arm import BulletArm
-from ur5_ros.sim.friction import resisted_change
+from ur5_ros.sim.friction import solve_friction
 from ur5_ros.sim.integrator import Effects, Joints, tool_torque
 
 #: Rate at which motion dies out under gravity compensation [1/s]; assumed: still in 0.2 s.
@@ -62,5 +62,5 @@ def brake_torque(arm: BulletArm, joints: Joints, effects: Effects, limit: np.nda
     A[np.diag_indices(6)] += effects.armature / period + effects.viscous
     drive = (tool_torque(arm, joints, effects) - arm.bias(joints.q, joints.qd)
              - effects.viscous * qd)
-    _, f = resisted_change(A, drive, qd, limit + effects.coulomb, -_UNBOUNDED, _UNBOUNDED)
+    _, f = solve_friction(A, drive, qd, limit + effects.coulomb, -_UNBOUNDED, _UNBOUNDED)
     return -np.minimum(np.maximum(f, -limit), limit)

@@ -9,7 +9,7 @@ import numpy as np
 WORK = 66
 
 
-def resisted_change(
+def solve_friction(
     A: np.ndarray, drive: np.ndarray, qd: np.ndarray, level: np.ndarray,
     lower: np.ndarray, upper: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:

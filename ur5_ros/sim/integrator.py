@@ -17,8 +17,8 @@ from ur5_ros.sim.bullet_arm import BulletArm
 from ur5_ros.sim.friction import WORK, kernels
 
 #: No joint is concerned.
-NOBODY = np.zeros(6, dtype=bool)
-NOBODY.flags.writeable = False
+NO_JOINTS = np.zeros(6, dtype=bool)
+NO_JOINTS.flags.writeable = False
 
 #: Lengths of the kernel's input (M, C qd + g, q, qd, torque) and of its working space.
 STATE, WORKING = 60, 66 + WORK
@@ -49,7 +49,7 @@ class Joints(NamedTuple):
     qd: list[float]
 
 
-class Scheme:
+class PlantIntegrator:
     """
     The scheme of one set of effects, with what does not change from step to step worked out.
 
@@ -111,7 +111,7 @@ class Scheme:
             code = compiled.scheme_torque.run(1, [], [], given)
         if code == compiled.FAILED:
             raise ArithmeticError('the resistance of the joints was not found')
-        return self._torque.tolist(), self._held.copy() if code == compiled.HELD else NOBODY
+        return self._torque.tolist(), self._held.copy() if code == compiled.HELD else NO_JOINTS
 
 
 def tool_torque(arm: BulletArm, joints: Joints, effects: Effects) -> np.ndarray | float:

@@ -45,7 +45,7 @@ def solve(A, b, free, L, x):
 
 
 @inlined
-def walk(v, target, free, sign, level, lower, upper):
+def line_search(v, target, free, sign, level, lower, upper):
     """Go from v towards the target up to the first kink; return the joint there, -1 if none."""
     first, part, place = -1, 0.0, 0.0
     for i in range(6):
@@ -65,7 +65,7 @@ def walk(v, target, free, sign, level, lower, upper):
 
 
 @inlined
-def release(v, f, free, level, lower, upper):
+def release_constraint(v, f, free, level, lower, upper):
     """Return the pinned joint whose f leaves most what it allows, by how much, and its way out."""
     worst, most, way = 0, 0.0, 0.0
     for i in range(6):
@@ -84,7 +84,7 @@ def release(v, f, free, level, lower, upper):
 
 
 @inlined
-def resist(A, drive, qd, level, lower, upper, work, delta, f):
+def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
     """Write delta and f of ``resisted_change``; return 1 if they were not found."""
     L = work[:36].reshape((6, 6))
     free, sign, v = work[36:42], work[42:48], work[48:54]
@@ -121,7 +121,7 @@ def resist(A, drive, qd, level, lower, upper, work, delta, f):
         solve(A, b, free, L, delta)
         for i in range(6):
             target[i] = qd[i] + delta[i]
-        blocked = walk(v, target, free, sign, level, lower, upper)
+        blocked = line_search(v, target, free, sign, level, lower, upper)
         if blocked >= 0:
             free[blocked] = 0.0
             continue
@@ -130,7 +130,7 @@ def resist(A, drive, qd, level, lower, upper, work, delta, f):
             for j in range(6):
                 f[i] -= A[i, j] * delta[j]
                 largest = max(largest, fabs(A[i, j] * delta[j]))
-        worst, excess, way = release(v, f, free, level, lower, upper)
+        worst, excess, way = release_constraint(v, f, free, level, lower, upper)
         if excess <= _ROUNDING * (size + strongest + largest):
             for i in range(6):
                 if free[i]:
@@ -143,7 +143,7 @@ def resist(A, drive, qd, level, lower, upper, work, delta, f):
 @kernel(R2, R1, R1, R1, R1, R1, W1, W1, W1)
 def resisted(A, drive, qd, level, lower, upper, work, delta, f):
     """Write delta and f of ``resisted_change``; return 1 if they were not found."""
-    return resist(A, drive, qd, level, lower, upper, work, delta, f)
+    return solve_active_set(A, drive, qd, level, lower, upper, work, delta, f)
 
 
 @kernel(R1, R1, W1, W1, B1)
@@ -160,7 +160,7 @@ def scheme_torque(state, given, work, torque, held):
         for j in range(6):
             A[i, j] = m[6 * i + j] / h
         A[i, i] += added[i]
-    if resist(A, drive, qd, level, lowest, highest, work[66:], delta, f):
+    if solve_active_set(A, drive, qd, level, lowest, highest, work[66:], delta, f):
         return FAILED
     code = 0
     for i in range(6):

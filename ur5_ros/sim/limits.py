@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.events import Event, event
@@ -65,8 +65,9 @@ def check_initial_state(arm: ArmParameters, positions: list[float]) -> None:
     for name, q, low, high in zip(JOINT_NAMES, positions, arm.limits.lower, arm.limits.upper,
                                   strict=True):
         if not low <= q <= high:
-            raise Refusal(f'initial_positions: {name} {q:g} rad is beyond a stop of {arm.name}; '
-                          f'give {low:g} to {high:g}')
+            raise InputError(f'initial_positions: {name} {q:g} rad is beyond a stop of '
+                             f'{arm.name}; '
+                             f'give {low:g} to {high:g}')
 
 
 def check_rates(control_rate: int, physics_rate: int) -> None:
@@ -84,5 +85,5 @@ def check_rates(control_rate: int, physics_rate: int) -> None:
     fitting = [rate for rate in range(1, physics_rate + 1) if physics_rate % rate == 0]
     near = [max((rate for rate in fitting if rate < control_rate), default=None),
             min((rate for rate in fitting if rate > control_rate), default=None)]
-    raise Refusal(f'control_rate {control_rate} Hz does not divide physics_rate {physics_rate} '
-                  f'Hz; use {" or ".join(str(rate) for rate in near if rate)}')
+    raise InputError(f'control_rate {control_rate} Hz does not divide physics_rate {physics_rate} '
+                     f'Hz; use {" or ".join(str(rate) for rate in near if rate)}')

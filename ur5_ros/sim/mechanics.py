@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.bullet_arm import BulletArm
-from ur5_ros.sim.integrator import NOBODY, Effects, Joints, Scheme
+from ur5_ros.sim.integrator import NO_JOINTS, Effects, Joints, PlantIntegrator
 from ur5_ros.sim.payload import loaded_arm
 
 #: Beyond this a state is not believed: no arm moves so fast or turns so far [rad, rad/s].
@@ -44,7 +44,7 @@ class Mechanics:
         """Positions [rad] and velocities [rad/s]."""
         return Joints([*self._now[:6]], [*self._now[6:]])
 
-    def hang(self, mass: float, com: list[float], gravity: list[float]) -> None:
+    def set_payload(self, mass: float, com: list[float], gravity: list[float]) -> None:
         """
         Load the tool with a further point mass and set gravity; the joint state stays.
 
@@ -67,7 +67,7 @@ class Mechanics:
     def act(self, effects: Effects) -> None:
         """Set what acts beside the bodies, gravity and the motors."""
         self.effects = effects
-        self._scheme = Scheme(effects, self.step_time)
+        self._scheme = PlantIntegrator(effects, self.step_time)
         self.plain = self._scheme.none
 
     def place(self, q: Sequence[float], qd: Sequence[float]) -> None:
@@ -101,12 +101,12 @@ class Mechanics:
             If the state ran away; the arm then rests where it was before the step.
 
         """
-        before, held = self._now, NOBODY
+        before, held = self._now, NO_JOINTS
         if not self.plain:
             tau, held = self._scheme.engine_torque(self.bullet, self.joints, effort)
         now = self._now = self.bullet.advance(tau)
         if all(map(le, self._least, now)) and all(map(le, now, self._most)):  # no NaN is
-            return np.array(now), held is NOBODY, held
+            return np.array(now), held is NO_JOINTS, held
         values = np.array(now)
         if self.plain and self._beyond_a_stop(values):  # PyBullet has none: step back, again
             self.place(before[:6], before[6:])

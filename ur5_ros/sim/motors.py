@@ -6,9 +6,9 @@ from operator import le
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.sim.fallback import fallback_torque
-from ur5_ros.sim.integrator import NOBODY
+from ur5_ros.sim.integrator import NO_JOINTS
 from ur5_ros.sim.mechanics import Mechanics
 
 
@@ -48,18 +48,18 @@ class Motors:
         if command.shape == (6,) and (isfinite(sum(command.tolist()))
                                       or np.isfinite(command).all()):  # huge ones overflow a sum
             return command
-        raise Refusal(f'command {command.tolist()}; give six finite torques [N m]')
+        raise InputError(f'command {command.tolist()}; give six finite torques [N m]')
 
-    def usual(self, tau: Sequence[float]) -> bool:
+    def within_limits(self, tau: Sequence[float]) -> bool:
         """Tell whether six torques act as they are: finite, within limits, gravity in them."""
         return not self._excludes_gravity and all(map(le, map(abs, tau), self._strength))
 
-    def obey(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def saturate(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the torque that a command becomes [N m] and the joints where it was clamped."""
         if self._excludes_gravity:
             command = command + self._mechanics.declared_gravity()
         if all(map(le, map(abs, command.tolist()), self._strength)):
-            return command.copy(), NOBODY
+            return command.copy(), NO_JOINTS
         effort = np.minimum(np.maximum(command, -self._strongest), self._strongest)
         return effort, effort != command
 

@@ -9,13 +9,13 @@ from ur5_ros.config import load_arm
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
-from ur5_ros.sim.event_log import Diary
+from ur5_ros.sim.event_log import EventLog
 from ur5_ros.sim.events import Event
-from ur5_ros.sim.integrator import NOBODY
+from ur5_ros.sim.integrator import NO_JOINTS
 from ur5_ros.sim.limits import check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.motors import Motors
-from ur5_ros.sim.plant_parameters import Conditions
+from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Sensor, Snapshot
 
 
@@ -67,8 +67,8 @@ class Plant:
 
     def __init__(self, arm: ArmParameters, parameters: Mapping[str, Any]):
         self.arm = arm
-        self._conditions = Conditions(parameters)
-        self.parameters = self._conditions.parameters
+        self._plant_parameters = PlantParameters(parameters)
+        self.parameters = self._plant_parameters.parameters
         self._rate, physics_rate = self.parameters['control_rate'], self.parameters['physics_rate']
         check_rates(self._rate, physics_rate)
         check_initial_state(arm, self.parameters['initial_positions'])
@@ -76,7 +76,7 @@ class Plant:
         self._mechanics = Mechanics(arm, 1.0 / physics_rate, self.parameters['gui'])
         self._motors = Motors(self._mechanics, self._substeps / physics_rate,
                               self.parameters['effort_convention'] == 'gravity_excluded')
-        self._diary = Diary(arm)
+        self._event_log = EventLog(arm)
         self._sensor = Sensor()
         self._delay = CommandDelay()
         self._wrench_end: int | None = None
@@ -103,12 +103,12 @@ class Plant:
     @property
     def counters(self) -> dict[str, int]:
         """Return how often what happened."""
-        return self._diary.counters
+        return self._event_log.counters
 
     @property
     def stopped(self) -> bool:
         """Whether a protective stop is latched: the brake acts until :meth:`reset`."""
-        return self._diary.stopped
+        return self._event_log.stopped
 
     def step(self, command: np.ndarray | None) -> ArmState:
         """
@@ -130,7 +130,7 @@ class Plant:
             If the command is not six finite numbers.
 
         """
-        clamped = held = NOBODY
+        clamped = held = NO_JOINTS
         ran_away, mechanics, k = False, self._mechanics, self.k
         if command is not None:
             command = self._motors.read(command)
@@ -141,8 +141,8 @@ class Plant:
         if command is None or self.stopped:
             effort = self._fall_back()
         else:
-            self._diary.fall_back(self.stamp, '')
-            effort, clamped = self._motors.obey(command)
+            self._event_log.fall_back(self.stamp, '')
+            effort, clamped = self._motors.saturate(command)
         tau = effort.tolist()
         for _ in range(self._substeps):
             try:
@@ -156,11 +156,11 @@ class Plant:
         self.k = k + 1
         stamp = stamp_of_period(k + 1, self._rate)
         self._truth = Snapshot(stamp, values, effort)
-        if not ordinary or clamped is not NOBODY or self._diary.near_limits:
-            self._diary.look_at_limits(stamp_of_period(k, self._rate), self.truth, clamped, held,
-                                       self.parameters['overspeed_stop'])
+        if not ordinary or clamped is not NO_JOINTS or self._event_log.near_limits:
+            self._event_log.check_limits(stamp_of_period(k, self._rate), self.truth, clamped,
+                                         held, self.parameters['overspeed_stop'])
         if ran_away:
-            self._diary.stop(stamp, JOINT_NAMES, 'the state ran away and was put back at rest')
+            self._event_log.stop(stamp, JOINT_NAMES, 'the state ran away and was put back at rest')
         return self._sense()
 
     def takes(self, tau: Sequence[float]) -> bool:
@@ -169,8 +169,8 @@ class Plant:
 
         :meth:`step_plainly` may then be asked for the next period.
         """
-        return (self._plain and self._diary.quiet and self.k != self._wrench_end
-                and self._motors.usual(tau))
+        return (self._plain and self._event_log.quiet and self.k != self._wrench_end
+                and self._motors.within_limits(tau))
 
     def step_plainly(self, tau: Sequence[float]) -> tuple[float, ...] | None:
         """
@@ -206,7 +206,7 @@ class Plant:
             is out of range.
 
         """
-        value = self._conditions.change(name, value)
+        value = self._plant_parameters.change(name, value)
         self._settle()
         self._tell('parameter', f'{name} is {value}', name=name, value=value)
 
@@ -228,8 +228,8 @@ class Plant:
             If the frame is another or a number is not finite.
 
         """
-        self._conditions.push(force, torque, frame)
-        wrench = self._conditions.wrench
+        self._plant_parameters.set_wrench(force, torque, frame)
+        wrench = self._plant_parameters.wrench
         duration = self.parameters['wrench_duration']
         lasts = wrench.any() and duration > 0.0
         self._wrench_end = self.k + max(1, round(duration * self._rate)) if lasts else None
@@ -240,8 +240,8 @@ class Plant:
     def reset(self) -> ArmState:
         """Return the initial state under the next stamp; commands under way are dropped."""
         self.k += 1
-        self._diary.stopped = False
-        self._diary.counts['resets'] += 1
+        self._event_log.stopped = False
+        self._event_log.counts['resets'] += 1
         self._delay.clear()
         self._sensor.forget()
         self._start()
@@ -251,7 +251,7 @@ class Plant:
 
     def drain_events(self) -> list[Event]:
         """Return what happened since the last call, in the order in which it did."""
-        return self._diary.drain()
+        return self._event_log.drain()
 
     def close(self) -> None:
         """Leave PyBullet."""
@@ -267,8 +267,8 @@ class Plant:
     def _settle(self) -> None:
         """Let the present parameters act."""
         given = self.parameters
-        self._mechanics.hang(given['payload.mass'], given['payload.com'], given['gravity'])
-        self._mechanics.act(self._conditions.effects(self.arm))
+        self._mechanics.set_payload(given['payload.mass'], given['payload.com'], given['gravity'])
+        self._mechanics.act(self._plant_parameters.effects(self.arm))
         self._sensing = (given['delay.state_periods'], given['noise.position'],
                          given['noise.velocity'], given['seed'])
         self.exact_sensing = not any(self._sensing[:3])
@@ -291,9 +291,9 @@ class Plant:
 
     def _fall_back(self) -> np.ndarray:
         mode = 'brake' if self.stopped else self.parameters['fallback']
-        self._diary.fall_back(self.stamp, mode)
-        self._diary.counts['fallback_periods'] += 1
+        self._event_log.fall_back(self.stamp, mode)
+        self._event_log.counts['fallback_periods'] += 1
         return self._motors.fall_back(mode)
 
     def _tell(self, kind: str, message: str, /, **values: Any) -> None:
-        self._diary.tell(self.stamp, kind, message, **values)
+        self._event_log.tell(self.stamp, kind, message, **values)

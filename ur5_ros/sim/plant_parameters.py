@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.config.parameters import SIM_PARAMETERS, check
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.integrator import Effects
 
 _LIVE = {parameter.name: parameter for parameter in SIM_PARAMETERS if parameter.live}
 
 
-class Conditions:
+class PlantParameters:
     """
     Parameters and wrench, always valid.
 
@@ -42,11 +42,11 @@ class Conditions:
         """
         if name not in _LIVE:
             what = 'cannot change during a run' if name in self.parameters else 'is no parameter'
-            raise Refusal(f'{name} {what}; these can: {", ".join(_LIVE)}')
+            raise InputError(f'{name} {what}; these can: {", ".join(_LIVE)}')
         self.parameters[name] = check(_LIVE[name], value)
         return self.parameters[name]
 
-    def push(self, force: Sequence[float], torque: Sequence[float], frame: str) -> None:
+    def set_wrench(self, force: Sequence[float], torque: Sequence[float], frame: str) -> None:
         """
         Set the wrench.
 
@@ -58,9 +58,10 @@ class Conditions:
         """
         wrench = np.concatenate([np.asarray(force, dtype=float), np.asarray(torque, dtype=float)])
         if wrench.shape != (6,) or not np.isfinite(wrench).all():
-            raise Refusal(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N m]')
+            raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N '
+                             'm]')
         if frame not in ('base', 'base_link'):
-            raise Refusal(f'wrench in frame {frame!r}; give base or base_link')
+            raise InputError(f'wrench in frame {frame!r}; give base or base_link')
         if frame == 'base_link':  # base is base_link turned by Rz(pi)
             wrench = wrench * [-1.0, -1.0, 1.0, -1.0, -1.0, 1.0]
         self.wrench = wrench + 0.0  # no negative zeros

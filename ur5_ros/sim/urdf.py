@@ -6,7 +6,7 @@ from html import escape  # that of xml.sax would load urllib and ssl
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.urdf_shapes import COLOURS, Shape, arm_shapes
@@ -54,10 +54,11 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
     """
     if not arm.has_tensors:
         link = int(np.argmin([np.linalg.eigvalsh(tensor)[0] for tensor in arm.inertia])) + 1
-        raise Refusal(f'arm {arm.name}: link {link} is a point mass without a tensor, which no '
-                      'simulator can turn; use it for the model only, or simulate ur5 or ur5_real')
+        raise InputError(f'arm {arm.name}: link {link} is a point mass without a tensor, which no '
+                         'simulator can turn; use it for the model only, or simulate ur5 or '
+                         'ur5_real')
     if not re.fullmatch(r'[A-Za-z0-9_/]*', tf_prefix):
-        raise Refusal(f'tf_prefix {tf_prefix!r}; give letters, digits, _ and / only')
+        raise InputError(f'tf_prefix {tf_prefix!r}; give letters, digits, _ and / only')
     root = 'base' if bare else 'base_link_inertia'
     looks = arm_shapes(arm) if shapes else {}
     parts = [_massless_link(tf_prefix + root, looks.get('base', ()))]

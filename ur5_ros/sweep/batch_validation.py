@@ -11,7 +11,7 @@ from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.result import FAIL
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config.validation import Marks, load_marks
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Verdict of a folder that cannot be read.
 UNREADABLE = 'unreadable'
@@ -55,7 +55,7 @@ def judge_folder(folder: str, given: Mapping[str, Any], marks: str = '') -> Judg
     """
     try:
         result = validate(load_run(Path(folder), **given), marks_of(marks))
-    except Refusal as refusal:
+    except InputError as refusal:
         return Judgement(folder, Path(folder).name, UNREADABLE, str(refusal), {})
     why = '; '.join(check.sentence for check in result.checks if check.verdict == FAIL)
     return Judgement(folder, result.run, result.verdict, why, json.loads(result.to_json()))
@@ -81,9 +81,9 @@ def judge_all(
         for name in names:
             yield judge_folder(name, given, marks)._replace(folder=shown[name])
         return
-    from ur5_ros.sweep.workers import cluster, connected, spread  # dask is an extra
+    from ur5_ros.sweep.workers import cluster, connected, map_batches  # dask is an extra
     with cluster() as address, connected(address) as client:
-        for found in spread(client, judge_batch, (dict(given), marks), iter(names), 1, _lost):
+        for found in map_batches(client, judge_batch, (dict(given), marks), iter(names), 1, _lost):
             for judgement in found:
                 yield judgement._replace(folder=shown[judgement.folder])
 

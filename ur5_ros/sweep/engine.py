@@ -10,7 +10,7 @@ from distributed import KilledWorker
 from ur5_ros.sweep.run import inputs_of, row_of
 from ur5_ros.sweep.spec import RunSpec, SweepSpec, expand, number_of_runs
 from ur5_ros.sweep.table import SweepFolder
-from ur5_ros.sweep.workers import PATIENCE, PATIENCE_AGAIN, cluster, connected, spread
+from ur5_ros.sweep.workers import RETRY_TIMEOUT, WORKER_TIMEOUT, cluster, connected, map_batches
 
 #: Control periods in one task, so that a task takes some seconds.
 PERIODS_IN_TASK = 40_000
@@ -45,7 +45,7 @@ def run_sweep(
         another sweep works in the folder.
 
     """
-    with folder.alone():
+    with folder.lock():
         _run_the_rest(spec, folder, scheduler, workers, progress)
 
 
@@ -58,14 +58,14 @@ def _run_the_rest(
     if len(done) == number_of_runs(spec):
         return
     bags = str((folder.path / 'bags').absolute()) if spec.keep != 'none' else None
-    patience = PATIENCE
+    patience = WORKER_TIMEOUT
     with cluster(scheduler, workers) as address:
         while len(done) < number_of_runs(spec):
             todo = (run for run in expand(spec) if run.number not in done)
             with connected(address, patience) as client:
-                patience = PATIENCE_AGAIN
-                for rows in spread(client, run_batch, (spec, bags), todo, batch_size(spec),
-                                   lost_row):
+                patience = RETRY_TIMEOUT
+                for rows in map_batches(client, run_batch, (spec, bags), todo, batch_size(spec),
+                                        lost_row):
                     folder.add(rows)
                     done.update(row['index'] for row in rows)
                     progress(len(done))

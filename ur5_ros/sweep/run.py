@@ -15,11 +15,11 @@ from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.result import FAIL, PASS, Result
 from ur5_ros.analysis.validate import validate
 from ur5_ros.control.settings import settings_from
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.launcher.two_nodes import run_two_nodes
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.run_config import Plan, arm_named, plan_run
+from ur5_ros.loop.run_config import Plan, arm_named, run_config
 from ur5_ros.sim.limits import check_initial_state
 from ur5_ros.sweep.batch_validation import marks_of
 from ur5_ros.sweep.spec import RunSpec, SweepSpec, altered
@@ -62,24 +62,25 @@ def plan_of(spec: SweepSpec, run: RunSpec) -> Plan:
     rest: dict[str, Any] = {}
     for key, value in values.items():
         if key in TAKEN:
-            raise Refusal(f'{key} is not for a sweep; give {TAKEN[key]} instead')
+            raise InputError(f'{key} is not for a sweep; give {TAKEN[key]} instead')
         side, _, name = key.partition('.')
         if name and side in sides:
             sides[side][name] = value
         elif key in KEYS:
             rest[key] = _value(key, value, run)
         else:
-            raise Refusal(f'unknown key {key!r}; give sim.<parameter>, control.<parameter> or one '
-                          f'of: {", ".join(KEYS)}')
+            raise InputError(f'unknown key {key!r}; give sim.<parameter>, control.<parameter> '
+                             'or one '
+                             f'of: {", ".join(KEYS)}')
     try:
-        plan = plan_run(**rest, sim=sides['sim'], control=sides['control'])
+        plan = run_config(**rest, sim=sides['sim'], control=sides['control'])
         rate = plan.sim['control_rate']
         settings_from(plan.control, arm_named(plan.control['arm']), rate)
         check_initial_state(arm_named(plan.sim['arm']), plan.sim['initial_positions'])
         return plan
-    except Refusal as refusal:
+    except InputError as refusal:
         told = ', '.join(f'{key} = {value}' for key, value in run.values.items())
-        raise Refusal(f'run {run.number} ({told}): {refusal}') from None
+        raise InputError(f'run {run.number} ({told}): {refusal}') from None
 
 
 def _value(key: str, value: Any, run: RunSpec) -> Any:
@@ -95,7 +96,7 @@ def _value(key: str, value: Any, run: RunSpec) -> Any:
         good = number and value == round(value)
         value = round(value) if good else value
     if not good:
-        raise Refusal(f'run {run.number}: {key} is {value!r}; give {KEYS[key]}')
+        raise InputError(f'run {run.number}: {key} is {value!r}; give {KEYS[key]}')
     return value
 
 
@@ -128,7 +129,7 @@ def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
                 measured = _judged(spec, _by_nodes(plan, folder or Path(away) / 'run'))
         else:
             measured = _judged(spec, _by_loop(plan, folder if spec.keep == 'all' else None))
-    except (Refusal, ArithmeticError, np.linalg.LinAlgError) as error:
+    except (InputError, ArithmeticError, np.linalg.LinAlgError) as error:
         measured = {'status': 'failed', 'success': False, 'why': str(error)}
     if spec.keep == 'failures' and folder is not None:
         if by_nodes and measured['success']:
@@ -201,12 +202,12 @@ def check_success(spec: SweepSpec) -> None:
         return
     columns: list[str] = []
     if spec.judge == 'checks':  # the checks know their names: ask them with a run of a moment
-        row = _judged(altered(spec, success={}), _by_loop(plan_run(duration=0.02), None))
+        row = _judged(altered(spec, success={}), _by_loop(run_config(duration=0.02), None))
         columns = [name.removesuffix(': value') for name in row if name.endswith(': value')]
     for name in unknown:
         if name not in columns:
-            raise Refusal(f'success: unknown column {name!r}; there are: '
-                          f'{", ".join([*METRICS, *columns])}')
+            raise InputError(f'success: unknown column {name!r}; there are: '
+                             f'{", ".join([*METRICS, *columns])}')
 
 
 def digest(run: Run) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ur5_ros.config import config_folder, parse_yaml, read_yaml
 from ur5_ros.config.records import Meta, Record, validate
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Most runs that one sweep may ask for.
 MOST_RUNS = 1_000_000
@@ -84,7 +84,7 @@ def load_sweep(name: str) -> SweepSpec:
         path = config_folder() / 'sweeps' / f'{name}.yaml'
     if not path.is_file():
         known = ', '.join(sorted(p.stem for p in (config_folder() / 'sweeps').glob('*.yaml')))
-        raise Refusal(f'no sweep {name}; give the path of a YAML file, or one of: {known}')
+        raise InputError(f'no sweep {name}; give the path of a YAML file, or one of: {known}')
     return _spec(read_yaml(path), str(path))
 
 
@@ -154,50 +154,51 @@ def _draw(axis: Axis, random: np.random.Generator) -> float | list[float]:
 
 def _check(spec: SweepSpec, source: str) -> None:
     if spec.judge == 'metrics' and not spec.success:
-        raise Refusal(f'{source}: judge is metrics and success is empty; say what success is, '
-                      'such as max_error: 0.1')
+        raise InputError(f'{source}: judge is metrics and success is empty; say what success is, '
+                         'such as max_error: 0.1')
     for key, axis in spec.vary.items():
         if isinstance(axis, list):
             if not axis:
-                raise Refusal(f'{source}: vary.{key} is empty; give at least one value')
+                raise InputError(f'{source}: vary.{key} is empty; give at least one value')
         else:
             _check_axis(f'{source}: vary.{key}', axis)
         if key in spec.fixed:
-            raise Refusal(f'{source}: {key} stands in fixed and in vary; remove one')
+            raise InputError(f'{source}: {key} stands in fixed and in vary; remove one')
     for number, case in enumerate(spec.cases):
         both = (case.keys() & spec.vary.keys()) | (case.keys() & spec.fixed.keys())
         if both:
-            raise Refusal(f'{source}: {min(both)} of cases.{number} stands in fixed or vary too; '
-                          'remove one')
+            raise InputError(f'{source}: {min(both)} of cases.{number} stands in fixed or vary '
+                             'too; '
+                             'remove one')
         if case.keys() != spec.cases[0].keys():
-            raise Refusal(f'{source}: cases.{number} has the keys {", ".join(sorted(case))}; '
-                          f'give every case {", ".join(sorted(spec.cases[0]))}')
+            raise InputError(f'{source}: cases.{number} has the keys {", ".join(sorted(case))}; '
+                             f'give every case {", ".join(sorted(spec.cases[0]))}')
     runs = number_of_runs(spec)
     if runs > MOST_RUNS:
-        raise Refusal(f'{source}: {runs} runs; at most {MOST_RUNS}')
+        raise InputError(f'{source}: {runs} runs; at most {MOST_RUNS}')
 
 
 def _check_axis(where: str, axis: Axis) -> None:
     random = [name for name in ('uniform', 'log_uniform', 'normal') if getattr(axis, name)]
     ranged = axis.first is not None or axis.last is not None or axis.count is not None
     if len(random) + ranged != 1:
-        raise Refusal(f'{where}: give a list, or from, to and count, or one of uniform, '
-                      'log_uniform and normal')
+        raise InputError(f'{where}: give a list, or from, to and count, or one of uniform, '
+                         'log_uniform and normal')
     if ranged:
         if axis.first is None or axis.last is None or axis.count is None:
-            raise Refusal(f'{where}: from, to and count go together; give all three')
+            raise InputError(f'{where}: from, to and count go together; give all three')
         low, high, log = axis.first, axis.last, axis.scale == 'log'
         if axis.size is not None:
-            raise Refusal(f'{where}: size goes with random values; remove it')
+            raise InputError(f'{where}: size goes with random values; remove it')
     else:
         low, high = getattr(axis, random[0])
         log = random[0] == 'log_uniform'
         if random[0] == 'normal':
             if high < 0.0:
-                raise Refusal(f'{where}: standard deviation {high}; give zero or more')
+                raise InputError(f'{where}: standard deviation {high}; give zero or more')
             return
     if low > high or (low == high and not (ranged and axis.count == 1)):
-        raise Refusal(f'{where}: the range {low:g} to {high:g} is empty; '
-                      'give the lower end first')
+        raise InputError(f'{where}: the range {low:g} to {high:g} is empty; '
+                         'give the lower end first')
     if log and low <= 0.0:
-        raise Refusal(f'{where}: {low:g} on a logarithmic scale; give more than zero')
+        raise InputError(f'{where}: {low:g} on a logarithmic scale; give more than zero')

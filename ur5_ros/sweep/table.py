@@ -11,7 +11,7 @@ from typing import Any
 import polars
 
 from ur5_ros.config.records import as_data
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.sweep.run import METRICS
 from ur5_ros.sweep.spec import SweepSpec, parse_sweep
 
@@ -45,17 +45,17 @@ class SweepFolder:
         text = json.dumps(as_data(spec), indent=1) + '\n'
         file = path / _SPEC
         if file.exists() and file.read_text(encoding='utf-8') != text:
-            raise Refusal(f'{path} holds another sweep, or an older form of this one; '
-                          'give another folder with --out')
+            raise InputError(f'{path} holds another sweep, or an older form of this one; '
+                             'give another folder with --out')
         if path.exists() and not file.exists() and any(path.iterdir()):
-            raise Refusal(f'{path} is not empty and holds no sweep; give another folder '
-                          'with --out')
+            raise InputError(f'{path} is not empty and holds no sweep; give another folder '
+                             'with --out')
         self.parts.mkdir(parents=True, exist_ok=True)
         if not file.exists():
             file.write_text(text, encoding='utf-8')
 
     @contextmanager
-    def alone(self) -> Iterator[None]:
+    def lock(self) -> Iterator[None]:
         """
         Keep other sweeps out of the folder while the block works.
 
@@ -69,8 +69,8 @@ class SweepFolder:
             try:
                 fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
-                raise Refusal(f'another ur5 sweep works in {self.path}; wait for it, or give '
-                              'another folder with --out') from None
+                raise InputError(f'another ur5 sweep works in {self.path}; wait for it, or give '
+                                 'another folder with --out') from None
             yield
 
     def done(self) -> set[int]:
@@ -94,7 +94,7 @@ class SweepFolder:
         """Return all rows in the order of their indices; equal for every way of getting there."""
         parts = [polars.read_parquet(part) for part in sorted(self.parts.glob('*.parquet'))]
         if not parts:
-            raise Refusal(f'{self.path} has no finished run; run the sweep first')
+            raise InputError(f'{self.path} has no finished run; run the sweep first')
         table = polars.concat(parts, how='diagonal_relaxed')
         table = table.unique('index', keep='first').sort('index')
         inputs = [key for key in input_keys(self.spec) if key in table.columns]
@@ -126,5 +126,6 @@ def open_sweep(path: Path) -> SweepFolder:
     """
     file = path / _SPEC
     if not file.is_file():
-        raise Refusal(f'{path} holds no sweep (no {_SPEC}); give the folder that ur5 sweep wrote')
+        raise InputError(f'{path} holds no sweep (no {_SPEC}); give the folder that ur5 sweep '
+                         'wrote')
     return SweepFolder(path, parse_sweep(file.read_text(encoding='utf-8'), str(file)))

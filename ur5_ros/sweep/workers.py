@@ -16,14 +16,14 @@ from distributed import Client, Future, LocalCluster, as_completed
 from distributed.comm import connect
 from distributed.security import Security
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.compiled import limit_threads
 
 #: Wall-clock time that a scheduler gets to answer [s].
-PATIENCE = 5.0
+WORKER_TIMEOUT = 5.0
 
 #: The same for one that was there before, and may be starting again [s].
-PATIENCE_AGAIN = 60.0
+RETRY_TIMEOUT = 60.0
 
 #: Tasks under way for each worker thread: one runs, the others wait beside it.
 AHEAD = 3
@@ -58,7 +58,7 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
         return
     number = workers if workers is not None else len(os.sched_getaffinity(0))
     if number < 1:
-        raise Refusal(f'--workers {number}; give at least 1')
+        raise InputError(f'--workers {number}; give at least 1')
     # Dask's profiler looks at the stacks a hundred times a second and keeps an hour of them.
     with TemporaryDirectory(prefix='ur5-sweep-', ignore_cleanup_errors=True) as scratch, \
             dask.config.set({'temporary-directory': scratch,
@@ -79,7 +79,7 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
 
 
 @contextmanager
-def connected(address: str, patience: float = PATIENCE) -> Iterator[Client]:
+def connected(address: str, patience: float = WORKER_TIMEOUT) -> Iterator[Client]:
     """
     Yield a client of the scheduler at an address.
 
@@ -100,10 +100,10 @@ def connected(address: str, patience: float = PATIENCE) -> Iterator[Client]:
         kind = asyncio.run(asyncio.wait_for(_kind(address, patience), patience))
     except Exception as error:  # whoever answers there may send anything
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise Refusal(f'no Dask scheduler answers at {address} ({reason}); start one with '
-                      '"dask scheduler", or leave --scheduler out') from None
+        raise InputError(f'no Dask scheduler answers at {address} ({reason}); start one with '
+                         '"dask scheduler", or leave --scheduler out') from None
     if kind != 'Scheduler':
-        raise Refusal(f'a Dask {kind} answers at {address}; give the address of its scheduler')
+        raise InputError(f'a Dask {kind} answers at {address}; give the address of its scheduler')
     client = Client(address, timeout=patience, set_as_default=False)
     try:
         yield client
@@ -112,7 +112,7 @@ def connected(address: str, patience: float = PATIENCE) -> Iterator[Client]:
             client.close(timeout=2)
 
 
-def spread(
+def map_batches(
     client: Client, function: Callable[..., list[Result]], shared: tuple[Any, ...],
     items: Iterator[Item], size: int, failed: Callable[[Item, BaseException], Result],
 ) -> Iterator[list[Result]]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 if TYPE_CHECKING:
     from ur5_ros.viewer.live import LiveView
@@ -32,12 +32,12 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
     try:
         import viser  # noqa: F401
     except ImportError:
-        raise Refusal('the viewer needs viser; in the checkout: make setup, or pip install '
-                      "'.[view]'") from None
+        raise InputError('the viewer needs viser; in the checkout: make setup, or pip install '
+                         "'.[view]'") from None
     if not 0 <= port <= 65535:
-        raise Refusal(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
+        raise InputError(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
     if live and run is not None:
-        raise Refusal('--live shows what runs now; leave the run away')
+        raise InputError('--live shows what runs now; leave the run away')
     shown = _live(port) if live else _recorded(run, port)
     print(f'{shown.page.address}  (Ctrl-C ends)', flush=True)
     shown.serve()

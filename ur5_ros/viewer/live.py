@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 
 from ur5_ros.config import load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.nodes.listener import Listener, Sample
 from ur5_ros.viewer.arm_scene import MEASURED, WANTED
 from ur5_ros.viewer.server import Page, numbers
@@ -15,7 +15,7 @@ from ur5_ros.viewer.urdf_tree import UrdfTree, parse_urdf
 
 FRAME = 1 / 25
 KEPT = 500
-PATIENCE = 10.0
+DESCRIPTION_TIMEOUT = 10.0
 
 
 class LiveView:
@@ -77,13 +77,13 @@ class LiveView:
         self._listener.close()
 
     def _described(self) -> UrdfTree:
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + DESCRIPTION_TIMEOUT
         while time.monotonic() < end:
             text = self._listener.description()
             if text is not None:
                 try:
                     return parse_urdf(text)
-                except Refusal:
+                except InputError:
                     self._listener.close()
                     raise
             time.sleep(0.05)

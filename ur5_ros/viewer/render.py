@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 RATE = 25
 GIF_RATE = 10
@@ -92,17 +92,17 @@ def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: 
 
 def _allowed(out: Path) -> Path:
     if out.suffix not in KINDS:
-        raise Refusal(f'{out}: unknown ending; give one of: {", ".join(KINDS)}')
+        raise InputError(f'{out}: unknown ending; give one of: {", ".join(KINDS)}')
     if out.exists():
-        raise Refusal(f'{out} exists; remove it or name another file')
+        raise InputError(f'{out} exists; remove it or name another file')
     if not out.absolute().parent.is_dir():
-        raise Refusal(f'{out.absolute().parent}: no such folder; make it first')
+        raise InputError(f'{out.absolute().parent}: no such folder; make it first')
     try:
         import imageio_ffmpeg  # noqa: F401
         import PIL  # noqa: F401
     except ImportError:
-        raise Refusal('pictures need Pillow and imageio-ffmpeg; in the checkout: '
-                      "make setup, or pip install '.[view]'") from None
+        raise InputError('pictures need Pillow and imageio-ffmpeg; in the checkout: '
+                         "make setup, or pip install '.[view]'") from None
     return out
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.config import load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.urdf import urdf_text
@@ -131,7 +131,7 @@ def track(run: Run, tree: UrdfTree, rows: int = 1500) -> Track:
 
     """
     if len(run.stamp) < 2:
-        raise Refusal(f'{run.name}: {len(run.stamp)} states; a picture needs two at least')
+        raise InputError(f'{run.name}: {len(run.stamp)} states; a picture needs two at least')
     pick = np.unique(np.linspace(0, len(run.stamp) - 1, rows).round().astype(int))
     q = run.states.q[pick]
     wanted = np.full_like(q, np.nan) if run.reference is None else run.reference.q[pick]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 MAX_CHARACTERS = 20_000_000
 
@@ -64,24 +64,24 @@ def parse_urdf(text: str) -> UrdfTree:
 
     """
     if len(text) > MAX_CHARACTERS:
-        raise Refusal(f'robot description of {len(text)} characters; at most {MAX_CHARACTERS}')
+        raise InputError(f'robot description of {len(text)} characters; at most {MAX_CHARACTERS}')
     try:
         robot = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
-        raise Refusal(f'robot description is no XML: {error}') from None
+        raise InputError(f'robot description is no XML: {error}') from None
     colours = {material.get('name'): _colour(material) for material in robot.findall('material')}
     visuals = {link.get('name'): tuple(_visuals(link, colours)) for link in robot.findall('link')}
     joints = {joint.find('child').get('link'): _joint(joint) for joint in robot.findall('joint')}
     roots = [name for name in visuals if name not in joints]
     if len(roots) != 1:
-        raise Refusal(f'robot description has {len(roots)} root links; one is needed')
+        raise InputError(f'robot description has {len(roots)} root links; one is needed')
     ordered: list[Joint] = []
     known = {roots[0]}
     while len(ordered) < len(joints):
         ready = [joint for joint in joints.values()
                  if joint.parent in known and joint.child not in known]
         if not ready:
-            raise Refusal('robot description has joints that no link carries')
+            raise InputError('robot description has joints that no link carries')
         ordered += ready
         known |= {joint.child for joint in ready}
     return UrdfTree(roots[0], tuple(ordered), visuals)
@@ -192,5 +192,5 @@ def _numbers(text: str | None, count: int) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise Refusal(f'robot description: {text!r}; {count} numbers are needed')
+        raise InputError(f'robot description: {text!r}; {count} numbers are needed')
     return numbers

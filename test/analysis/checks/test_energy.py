@@ -8,7 +8,7 @@ import pytest
 from ur5_ros.analysis.checks.energy import balance
 from ur5_ros.analysis.plant_integrator import _change, schemes
 from ur5_ros.analysis.validate import validate
-from ur5_ros.sim.friction import resisted_change
+from ur5_ros.sim.friction import solve_friction
 
 FRICTION = {'friction.viscous': [2.0, 2.0, 2.0, 0.5, 0.5, 0.5],
             'friction.coulomb': [3.0, 3.0, 3.0, 0.4, 0.4, 0.4], 'payload.mass': 1.5}
@@ -87,5 +87,5 @@ def test_sticking_is_solved_as_the_simulator_solves_it():
     found = _change(A, drive, qd, level)
     free = np.full(6, np.inf)
     for row in range(300):
-        expected, _ = resisted_change(A[row], drive[row], qd[row], level, -free, free)
+        expected, _ = solve_friction(A[row], drive[row], qd[row], level, -free, free)
         np.testing.assert_allclose(qd[row] + found[row], qd[row] + expected, rtol=1e-6, atol=1e-9)

@@ -12,10 +12,10 @@ from ur5_ros.analysis.validate import validate
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.writer import BagWriter
 from ur5_ros.cdr.fixed_messages import FixedJointState, FixedTrajectoryPoint
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.run_config import plan_run
+from ur5_ros.loop.run_config import run_config
 from ur5_ros.signals import JOINT_NAMES
 
 STATES, COMMANDS = '/joint_states', '/joint_command'
@@ -61,7 +61,7 @@ def failed(result):
 
 def test_bags_say_the_same_as_the_loop_that_wrote_them(recorded):
     run = load_run(recorded)
-    loop = as_run(run_closed_loop(plan_run(duration=1.5)))
+    loop = as_run(run_closed_loop(run_config(duration=1.5)))
     for part in ('q', 'qd', 'effort'):
         np.testing.assert_array_equal(getattr(run.states, part), getattr(loop.states, part))
     np.testing.assert_array_equal(run.command, loop.command)
@@ -92,7 +92,7 @@ def test_the_missing_half_of_a_run_fails(recorded, tmp_path):
 @pytest.mark.fault(77)
 def test_bags_of_two_runs_are_refused(copied):
     folder = copied('control', description={'run': 'another'})
-    with pytest.raises(Refusal, match='another.*put the bags of one run together'):
+    with pytest.raises(InputError, match='another.*put the bags of one run together'):
         load_run(folder)
 
 
@@ -190,7 +190,7 @@ def test_a_bag_of_another_robot_is_refused(tmp_path):
         topic = writer.topic(STATES, JOINTS)
         for k in range(1, 50):
             writer.write(topic, k, codec.encode(k * 1000, np.zeros(6), np.zeros(6), np.zeros(6)))
-    with pytest.raises(Refusal, match='panda_joint1.*wanted are shoulder_pan_joint'):
+    with pytest.raises(InputError, match='panda_joint1.*wanted are shoulder_pan_joint'):
         load_run(tmp_path / 'panda')
 
 
@@ -200,7 +200,7 @@ def test_joint_states_of_another_type_are_refused(recorded, tmp_path):
         topic = writer.topic(STATES, 'trajectory_msgs/msg/JointTrajectory')
         writer.write(topic, 1, FixedTrajectoryPoint(JOINT_NAMES).encode(
             1, *[np.zeros(6)] * 4))
-    with pytest.raises(Refusal, match='is trajectory_msgs'):
+    with pytest.raises(InputError, match='is trajectory_msgs'):
         load_run(tmp_path / 'bad')
 
 
@@ -208,7 +208,7 @@ def test_joint_states_of_another_type_are_refused(recorded, tmp_path):
     ('parameters', '{'), ('parameters', '[]'), ('arm', 'name: x'), ('topics', '3'),
     ('parameters', '{"control_rate": -5}'), ('parameters', '{"kp": [NaN]}')])
 def test_a_damaged_description_is_refused(copied, key, value):
-    with pytest.raises(Refusal):
+    with pytest.raises(InputError):
         load_run(copied('sim', description={key: value}))
 
 
@@ -218,14 +218,14 @@ def test_states_without_positions_and_too_few_states_are_refused(tmp_path):
         topic = writer.topic(STATES, JOINTS)
         for k in range(1, 5):
             writer.write(topic, k, codec.encode(k * 1000, (), (), np.zeros(6)))
-    with pytest.raises(Refusal, match='no position'):
+    with pytest.raises(InputError, match='no position'):
         load_run(tmp_path / 'effort')
     with BagWriter(tmp_path / 'one', {}) as writer:
         topic = writer.topic(STATES, JOINTS)
         writer.write(topic, 1, FixedJointState(JOINT_NAMES).encode(1, *[np.zeros(6)] * 3))
-    with pytest.raises(Refusal, match='at least two'):
+    with pytest.raises(InputError, match='at least two'):
         load_run(tmp_path / 'one')
-    with pytest.raises(Refusal, match='no such folder'):
+    with pytest.raises(InputError, match='no such folder'):
         load_run(tmp_path / 'absent')
 
 

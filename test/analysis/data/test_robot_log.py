@@ -11,7 +11,7 @@ from ur5_ros.analysis.data.robot_log import COLUMNS, import_log, read_log
 from ur5_ros.analysis.identification.identify import identify
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config import load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics
 
 REAL = Path(__file__).resolve().parents[4] / 'shared' / 'real_ur5'
@@ -78,7 +78,7 @@ def at(line, change):
 def test_a_bad_log_is_refused_by_line_or_column(tmp_path, spoil, says):
     log = tmp_path / 'log.csv'
     log.write_text(text(spoil=spoil))
-    with pytest.raises(Refusal, match=says):
+    with pytest.raises(InputError, match=says):
         import_log(log, tmp_path / 'run')
     assert not (tmp_path / 'run').exists()
 
@@ -87,7 +87,7 @@ def test_a_log_that_is_no_text_or_absent_is_refused(tmp_path):
     (tmp_path / 'a.csv').write_bytes(bytes(range(256)))
     (tmp_path / 'b.csv.gz').write_bytes(gzip.compress(text().encode())[:900])
     for name in ('a.csv', 'b.csv.gz', 'absent.csv'):
-        with pytest.raises(Refusal):
+        with pytest.raises(InputError):
             read_log(tmp_path / name)
 
 
@@ -106,7 +106,7 @@ def test_a_log_without_torques_is_imported_and_said_so(tmp_path):
 def test_nothing_is_overwritten(tmp_path):
     (tmp_path / 'log.csv').write_text(text())
     (tmp_path / 'run').mkdir()
-    with pytest.raises(Refusal, match='exists already'):
+    with pytest.raises(InputError, match='exists already'):
         import_log(tmp_path / 'log.csv', tmp_path / 'run')
 
 

@@ -9,7 +9,7 @@ from ur5_ros.analysis.identification.arm_file import arm_yaml, write_arm
 from ur5_ros.analysis.identification.identify import base_of, identify
 from ur5_ros.analysis.identification.inertia import nearest_bodies
 from ur5_ros.config import load_arm, parse_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.regressor import inertial_parameters
 
@@ -67,7 +67,7 @@ def test_physical_parameters_stay_and_others_become_physical():
 
 
 def test_a_run_that_does_not_excite_the_joints_is_refused(looped):
-    with pytest.raises(Refusal, match='does not move|tell the parameters apart'):
+    with pytest.raises(InputError, match='does not move|tell the parameters apart'):
         identify([looped('joint_step', duration=1.0)])
 
 
@@ -75,5 +75,5 @@ def test_an_arm_file_is_never_overwritten(looped, other, tmp_path):
     found = identify([looped('exciting', duration=30.0, sim=FRICTION)], None, other)
     write_arm(found, tmp_path / 'arm.yaml')
     assert load_arm(str(tmp_path / 'arm.yaml')).name == 'identified'
-    with pytest.raises(Refusal, match='exists already'):
+    with pytest.raises(InputError, match='exists already'):
         write_arm(found, tmp_path / 'arm.yaml')

@@ -15,7 +15,7 @@ from ur5_ros.analysis.report.figures import PIECES, envelope, figures
 from ur5_ros.analysis.report.html import html_text, write_html
 from ur5_ros.analysis.result import Check, Result, judge
 from ur5_ros.analysis.validate import validate
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 EVIL = '</script><script>alert(1)</script><img src=x onerror=alert(2)>"\'&\x00\x1b\ud800'
 
@@ -106,5 +106,5 @@ def test_every_figure_that_is_promised_is_there(looped):
 
 
 def test_a_report_that_cannot_be_written_is_refused(clean_run, tmp_path):
-    with pytest.raises(Refusal, match='cannot be written'):
+    with pytest.raises(InputError, match='cannot be written'):
         write_html(validate(clean_run), tmp_path / 'absent' / 'report.html')

@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from ur5_ros.cdr.codec import decode
-from ur5_ros.nodes.ros.wait_set_loop import BRIEF, WaitSetLoop
+from ur5_ros.nodes.ros.wait_set_loop import HOT_POLL_PERIOD, WaitSetLoop
 
 QOS = QoSProfile(depth=10)
 TOPICS = {'hot': JointState, 'cold': WrenchStamped, 'other': String}
@@ -64,7 +64,7 @@ def test_every_one_of_a_burst_is_handed_over_in_order(heard):
 def test_a_wake_ends_a_wait_of_either_kind(heard):
     loop, _, publish = heard
     for before in ([], ['hot']):
-        time.sleep(2 * BRIEF)
+        time.sleep(2 * HOT_POLL_PERIOD)
         for topic in before:
             publish[topic](JointState())
             assert loop.wait(5.0)

@@ -12,7 +12,7 @@ from ur5_ros.analysis.laws import (
     BEYOND_THEORY,
     Law,
     largest,
-    law_in_charge,
+    law_active,
     laws_of,
     noise_allowance,
     promised_rows,
@@ -54,7 +54,7 @@ def law_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
 def _error_checks(run: Run, marks: Marks) -> tuple[list[Check], ErrorDynamics]:
     laws = laws_of(run)
     promised = promised_rows(laws, len(run.stamp))[:-1]
-    counted = law_in_charge(run) & promised
+    counted = law_active(run) & promised
     dynamics = error_dynamics(run, laws, counted)
     why = ''
     if not promised.any():

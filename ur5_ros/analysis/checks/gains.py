@@ -6,7 +6,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.error_dynamics import ErrorDynamics
-from ur5_ros.analysis.laws import Law, law_in_charge, laws_of
+from ur5_ros.analysis.laws import Law, law_active, laws_of
 from ur5_ros.analysis.result import FAIL, PASS, Check, not_applicable
 from ur5_ros.config.validation import Marks
 from ur5_ros.signals import JOINT_NAMES
@@ -51,7 +51,7 @@ def gains_check(run: Run, marks: Marks, dynamics: ErrorDynamics | None) -> Check
     if not plain:
         return not_applicable(name, 'the gains couple the joints: the sampled equation judges')
     limit = marks['gains'] * (1.0 if run.substeps == 1 else 1.0 + run.h * 1e3)
-    in_charge = law_in_charge(run)
+    in_charge = law_active(run)
     # where the torque is held, the error must stand out of what that makes of it
     held = np.zeros(6) if run.substeps == 1 else 20.0 * np.nanmax(
         np.abs(dynamics.cost), axis=0, initial=0.0)

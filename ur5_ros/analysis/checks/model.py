@@ -58,7 +58,7 @@ def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     return checks, series
 
 
-def blame(over: np.ndarray) -> str:
+def localize_fault(over: np.ndarray) -> str:
     """
     Say which joints, and which link that points to.
 
@@ -94,7 +94,7 @@ def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, who: 
     if not worst <= marks['residual']:
         over = size.max(axis=0) > marks['residual']
         sentence = (f'plant and {who} differ by {worst:.3g} N m at {JOINT_NAMES[joint]}, '
-                    f'{run.t[row]:.4g} s; {blame(over)}')
+                    f'{run.t[row]:.4g} s; {localize_fault(over)}')
     return judge(name, worst, marks['residual'], 'N m', sentence, joint=JOINT_NAMES[joint],
                  joints=per_joint, periods=int(known.sum()))
 
@@ -108,8 +108,8 @@ def _smoothed_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
     seen = gather(run, side.arm)
     if seen is None:
         return not_applicable(name, 'too few states with a torque follow each other'), {}
-    lacking = seen.lacking.mean(axis=1)
-    rms = np.sqrt(np.mean(lacking**2, axis=0))
+    unexplained_torque = seen.unexplained_torque.mean(axis=1)
+    rms = np.sqrt(np.mean(unexplained_torque**2, axis=0))
     scale = float(np.sqrt(np.mean(seen.effort**2, axis=(0, 1))).max())
     joint = int(np.argmax(rms))
     length = seen.q.shape[1] * run.h
@@ -118,7 +118,7 @@ def _smoothed_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
         f'smoothed over {length:.3g} s, arm {side.arm_name} misses {rms[joint]:.3g} N m RMS at '
         f'{JOINT_NAMES[joint]}, of torques up to {np.abs(seen.effort).max():.3g} N m',
         joint=JOINT_NAMES[joint], rms_by_joint=dict(zip(JOINT_NAMES, rms.tolist(), strict=True)))
-    return check, {'smoothed': (seen.time.mean(axis=1), lacking)}
+    return check, {'smoothed': (seen.time.mean(axis=1), unexplained_torque)}
 
 
 def _command_check(run: Run, marks: Marks) -> Check:

@@ -15,7 +15,7 @@ from ur5_ros.bag.run_folders import bags_of_run, is_bag
 from ur5_ros.cdr.codec import decode
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, parse_arm
 from ur5_ros.config.parameters import Parameter
-from ur5_ros.errors import BagProblem, Refusal
+from ur5_ros.errors import BagError, InputError
 from ur5_ros.signals import JOINT_NAMES
 
 #: Part -> type, and how the topic's name ends in bags that do not say.
@@ -70,12 +70,12 @@ def open_sources(folder: Path) -> tuple[list[Source], list[str]]:
     for path in paths:
         try:
             found.append(_read(open_bag(path)))
-        except BagProblem as problem:
+        except BagError as problem:
             if len(paths) == 1:
                 raise
             problems.append(str(problem))
     if not found:
-        raise Refusal('; '.join(problems))
+        raise InputError('; '.join(problems))
     _check_same_run(found)
     nodes = {source.node for source in found}
     if paths != [folder] and not is_bag(folder):
@@ -89,13 +89,13 @@ def _check_same_run(found: list[Source]) -> None:
     named = [source for source in found if source.run]
     for source in named[1:]:
         if source.run != named[0].run:
-            raise Refusal(f'{named[0].path} is of run {named[0].run}, {source.path} of run '
-                          f'{source.run}; put the bags of one run together')
+            raise InputError(f'{named[0].path} is of run {named[0].run}, {source.path} of run '
+                             f'{source.run}; put the bags of one run together')
     for node in ('sim', 'control'):
         twice = [str(source.path) for source in found if source.node == node]
         if len(twice) > 1:
-            raise Refusal(f'{" and ".join(twice)} are both of the {node} node; '
-                          'give the bags of one run')
+            raise InputError(f'{" and ".join(twice)} are both of the {node} node; '
+                             'give the bags of one run')
 
 
 def _read(bag: Bag) -> Source:
@@ -126,7 +126,7 @@ def _topics(bag: Bag) -> dict[str, str]:
     """Return part -> topic name, of those that the bag has with the right type."""
     said = _json(bag, 'topics', {})
     if not isinstance(said, dict):
-        raise Refusal(f'{bag.path}: its description names no topics; it is damaged')
+        raise InputError(f'{bag.path}: its description names no topics; it is damaged')
     found = {}
     for role, (kind, ending) in ROLES.items():
         name = said.get(role)
@@ -136,7 +136,7 @@ def _topics(bag: Bag) -> dict[str, str]:
         if not isinstance(name, str) or name not in bag.topics:
             continue
         if bag.topics[name] != kind:
-            raise Refusal(f'{bag.path}: topic {name} is {bag.topics[name]}, not {kind}')
+            raise InputError(f'{bag.path}: topic {name} is {bag.topics[name]}, not {kind}')
         found[role] = name
     return found
 
@@ -163,8 +163,9 @@ def _prefix(bag: Bag, topic: str) -> str:
         names = message.get('name') or message.get('joint_names') or []
         first = [name for name in names if name.endswith(JOINT_NAMES[0])]
         if not first:
-            raise Refusal(f'{bag.path}: {topic} names the joints {", ".join(names[:6]) or "-"}; '
-                          f'wanted are {", ".join(JOINT_NAMES)}, with a common prefix or none')
+            raise InputError(f'{bag.path}: {topic} names the joints '
+                             f'{", ".join(names[:6]) or "-"}; '
+                             f'wanted are {", ".join(JOINT_NAMES)}, with a common prefix or none')
         return first[0].removesuffix(JOINT_NAMES[0]).rpartition('/')[2]
     return ''
 
@@ -176,8 +177,8 @@ def _json(bag: Bag, key: str, default: Any) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError):
-        raise Refusal(f'{bag.path}: {key} in its description is not JSON; '
-                      'the bag is damaged') from None
+        raise InputError(f'{bag.path}: {key} in its description is not JSON; '
+                         'the bag is damaged') from None
 
 
 def _side(bag: Bag) -> tuple[Side | None, str, str]:
@@ -189,12 +190,12 @@ def _side(bag: Bag) -> tuple[Side | None, str, str]:
     given = _json(bag, 'parameters', {})
     known = SIM_PARAMETERS if node == 'sim' else CONTROL_PARAMETERS
     if not isinstance(given, dict) or 'arm' not in said:
-        raise Refusal(f'{bag.path}: its description has no arm or no parameters; it is damaged')
+        raise InputError(f'{bag.path}: its description has no arm or no parameters; it is damaged')
     try:
         parameters = complete(known, {name: value for name, value in given.items()
                                       if name != 'use_sim_time'})
-    except Refusal as refusal:
-        raise Refusal(f'{bag.path}: {refusal}') from None
+    except InputError as refusal:
+        raise InputError(f'{bag.path}: {refusal}') from None
     arm = parse_arm(said['arm'], f'{bag.path}: arm')
     if node == 'robot':
         parameters['mode'] = 'unknown'
@@ -214,8 +215,8 @@ def _changes(bag: Bag, known: tuple[Parameter, ...]) -> tuple[Change, ...]:
             checked = complete(known, values)
             found.append(Change(int(each['stamp']), {name: checked[name] for name in values}))
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise Refusal(f'{bag.path}: its note of parameters changed while it ran cannot be '
-                      f'understood ({error}); the bag is damaged') from None
+        raise InputError(f'{bag.path}: its note of parameters changed while it ran cannot be '
+                         f'understood ({error}); the bag is damaged') from None
     return tuple(sorted(found, key=lambda change: change.stamp))
 
 
@@ -240,7 +241,8 @@ def events_of(source: Source) -> Iterator[Event]:
             try:
                 values = {pair['key']: json.loads(pair['value']) for pair in status['values']}
             except (ValueError, RecursionError):
-                raise Refusal(f'{source.path}: event {status["name"][:40]!r} has a value that is '
-                              'not JSON; the bag is damaged') from None
+                raise InputError(f'{source.path}: event {status["name"][:40]!r} has a value '
+                                 'that is '
+                                 'not JSON; the bag is damaged') from None
             yield Event(stamp['sec'] * 1_000_000_000 + stamp['nanosec'], status['name'],
                         status['message'], values)

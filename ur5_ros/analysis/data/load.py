@@ -9,7 +9,7 @@ from ur5_ros.analysis.data.bags import PART_NAMES, Source, events_of, open_sourc
 from ur5_ros.analysis.data.run import PARTS, Change, Event, Run, Side, States
 from ur5_ros.bag.arrays.columns import Columns
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import Reference
 
 __all__ = ['PARTS', 'Change', 'Event', 'Run', 'Side', 'States', 'load_run']
@@ -49,7 +49,7 @@ def load_run(
     stated = _first(sources, 'joint_states', ('sim', 'robot', '', 'control'))
     if stated is None:
         why = f' ({problems[0]})' if problems else ''
-        raise Refusal(f'{folder}: no joint states in it; nothing can be judged{why}')
+        raise InputError(f'{folder}: no joint states in it; nothing can be judged{why}')
     states = stated.data['joint_states']
     sim = next((source.side for source in sources if source.node == 'sim'), None)
     control = next((source.side for source in sources if source.node in ('control', 'robot')),
@@ -59,7 +59,7 @@ def load_run(
     rows = _finite(states, rows, problems, stated.path)
     rows = _common(sources, states, rows)
     if len(rows) < 2:
-        raise Refusal(f'{folder}: {len(rows)} states; at least two are needed')
+        raise InputError(f'{folder}: {len(rows)} states; at least two are needed')
     stamp = states.stamp[rows]
     run = next((source.run for source in sources if source.run), folder.resolve().name)
     rate = float(sim.parameters['control_rate']) if sim else _rate(stamp)
@@ -111,7 +111,7 @@ def _finite(states: Columns, rows: np.ndarray, problems: list[str], path: Path) 
     """Return the rows up to the first one that is no number."""
     for field in ('position', 'velocity'):
         if np.isnan(states.fields[field][rows]).all():
-            raise Refusal(f'{path}: the joint states have no {field}; it is needed')
+            raise InputError(f'{path}: the joint states have no {field}; it is needed')
     good = np.isfinite(np.hstack([states.position[rows], states.velocity[rows]])).all(axis=1)
     effort = states.effort[rows]
     if not np.isnan(effort).all():

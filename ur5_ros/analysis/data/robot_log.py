@@ -13,7 +13,7 @@ from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.writer import BagWriter
 from ur5_ros.cdr.fixed_messages import FixedJointState, FixedPose, FixedTrajectoryPoint
 from ur5_ros.config import CONTROL_PARAMETERS, arm_text, complete, load_arm
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 #: A log of ten hours at 500 Hz is about this long [bytes].
@@ -77,18 +77,18 @@ def import_log(log: Path, out: Path, arm: str = 'ur5_controller') -> list[str]:
     log, out = Path(log), Path(out)
     load_arm(arm)
     if out.exists():
-        raise Refusal(f'{out} exists already; give another folder')
+        raise InputError(f'{out} exists already; give another folder')
     read = read_log(log)
     _write(read, log, out, arm)
     values = read.values
-    lacking = [name for name in COLUMNS if name not in values]
+    unexplained_torque = [name for name in COLUMNS if name not in values]
     sentences = [f'{len(read.t)} samples over {read.t[-1] - read.t[0]:.6g} s, '
                  f'{1.0 / np.median(np.diff(read.t)):.4g} Hz']
     if 'torque' in values:
         sentences.append('effort = target torque of the robot, which belongs to its target motion')
-    if lacking:
+    if unexplained_torque:
         sentences.append('not in the log: ' + ', '.join(
-            COLUMNS[name][0].replace('{1}', '1..6') for name in lacking))
+            COLUMNS[name][0].replace('{1}', '1..6') for name in unexplained_torque))
     return [*sentences, f'written: {out}']
 
 
@@ -109,35 +109,35 @@ def read_log(log: Path) -> RobotLog:
     places = {name: i for i, name in enumerate(names)}
     if len(places) != len(names):
         double = next(name for name in names if names.count(name) > 1)
-        raise Refusal(f'{log}: column {double!r} stands twice; remove one')
+        raise InputError(f'{log}: column {double!r} stands twice; remove one')
     time = next((places[name] for name in _TIME if name in places), None)
     if time is None:
-        raise Refusal(f'{log}: no column {" or ".join(_TIME)}; the first columns are '
-                      f'{", ".join(names[:4])[:80]!r}')
+        raise InputError(f'{log}: no column {" or ".join(_TIME)}; the first columns are '
+                         f'{", ".join(names[:4])[:80]!r}')
     found = {name: _places(forms, places) for name, forms in COLUMNS.items()}
     for name in _NEEDED:
         if found[name] is None:
             either, other = COLUMNS[name]
-            raise Refusal(f'{log}: no columns {either.replace("{1}", "1..6")} or '
-                          f'{other.replace("{0}", "0..5")}; they are needed')
+            raise InputError(f'{log}: no columns {either.replace("{1}", "1..6")} or '
+                             f'{other.replace("{0}", "0..5")}; they are needed')
     if not body.strip():
-        raise Refusal(f'{log}: no rows under the names; at least two whole rows are needed')
+        raise InputError(f'{log}: no rows under the names; at least two whole rows are needed')
     try:
         table = np.loadtxt(StringIO(body), delimiter=separator, ndmin=2)
     except ValueError as error:
-        raise Refusal(f'{log}: not a table of numbers: {str(error).splitlines()[0]}') from None
+        raise InputError(f'{log}: not a table of numbers: {str(error).splitlines()[0]}') from None
     if table.shape[0] < 2 or table.shape[1] != len(names):
-        raise Refusal(f'{log}: {table.shape[0]} rows of {table.shape[1]} numbers under '
-                      f'{len(names)} names; at least two whole rows are needed')
+        raise InputError(f'{log}: {table.shape[0]} rows of {table.shape[1]} numbers under '
+                         f'{len(names)} names; at least two whole rows are needed')
     wanted = [time, *(i for columns in found.values() if columns for i in columns)]
     bad = ~np.isfinite(table[:, wanted]).all(axis=1)
     if bad.any():
-        raise Refusal(f'{log}: line {int(np.argmax(bad)) + 2} holds what is no number; '
-                      'remove the line')
+        raise InputError(f'{log}: line {int(np.argmax(bad)) + 2} holds what is no number; '
+                         'remove the line')
     t = table[:, time]
     if np.any(np.diff(t) <= 0.0):
-        raise Refusal(f'{log}: the time of line {int(np.argmax(np.diff(t) <= 0.0)) + 3} is not '
-                      'after the one before; sort the log')
+        raise InputError(f'{log}: the time of line {int(np.argmax(np.diff(t) <= 0.0)) + 3} is not '
+                         'after the one before; sort the log')
     return RobotLog(t, {name: table[:, columns] for name, columns in found.items() if columns})
 
 
@@ -148,14 +148,14 @@ def _text(log: Path) -> str:
         with (gzip.open if zipped else open)(log, 'rb') as file:
             data = file.read(MAX_BYTES + 1)
     except (OSError, EOFError) as error:
-        raise Refusal(f'{log}: cannot be read: {getattr(error, "strerror", None) or error}'
-                      ) from None
+        raise InputError(f'{log}: cannot be read: {getattr(error, "strerror", None) or error}'
+                         ) from None
     if len(data) > MAX_BYTES:
-        raise Refusal(f'{log}: more than {MAX_BYTES} bytes; split it')
+        raise InputError(f'{log}: more than {MAX_BYTES} bytes; split it')
     try:
         return data.decode('utf-8-sig')
     except UnicodeDecodeError:
-        raise Refusal(f'{log}: not a text file; give CSV in UTF-8') from None
+        raise InputError(f'{log}: not a text file; give CSV in UTF-8') from None
 
 
 def _places(forms: tuple[str, str], places: dict[str, int]) -> list[int] | None:
@@ -205,7 +205,7 @@ def _write(read: RobotLog, log: Path, out: Path, arm: str) -> None:
                     stamp, *position_and_quaternion(_pose(values['tool'][k]))))
         writer.note('summary', {'reason': f'imported from {log.name}', 'periods': len(stamps)})
     if writer.failure:
-        raise Refusal(f'{out}: {writer.failure}')
+        raise InputError(f'{out}: {writer.failure}')
 
 
 def _pose(tool: np.ndarray) -> np.ndarray:

@@ -41,7 +41,7 @@ class Fit(NamedTuple):
     """Their standard errors."""
     left: float
     """What stays unexplained, squared, as a share of everything."""
-    rivals: tuple[str, ...] = ()
+    confounders: tuple[str, ...] = ()
     """Causes that are not needed, but that this motion does not tell from those found."""
 
 
@@ -64,18 +64,18 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
 
     """
     seen = gather(run, arm)
-    if seen is None or not np.abs(seen.lacking).max() > 0.0:
+    if seen is None or not np.abs(seen.unexplained_torque).max() > 0.0:
         return []
     units = effects(seen, arm)
-    lacking = seen.lacking.mean(axis=1)
+    unexplained_torque = seen.unexplained_torque.mean(axis=1)
     known = sliding(seen)
-    scale = np.sqrt(np.mean(lacking**2, axis=0))
+    scale = np.sqrt(np.mean(unexplained_torque**2, axis=0))
     scale = np.maximum(scale, 1e-6 * scale.max())
     weight = known / scale / np.sqrt(known.sum())
     weight = np.where(known.any(axis=0), weight, 0.0)
-    fit = _choose(units, lacking, weight, SHARE_PLAIN if seen.plain else SHARE_ROUGH)
+    fit = _choose(units, unexplained_torque, weight, SHARE_PLAIN if seen.plain else SHARE_ROUGH)
     if not seen.plain:
-        fit = _with_rivals(fit, units, lacking, weight)
+        fit = _with_confounders(fit, units, unexplained_torque, weight)
     other, left = _best_arm(seen, arm, weight)
     if other and left < 0.1 and fit.left > ROUNDING and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2):
@@ -84,26 +84,26 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     return _sentences(fit, arm)
 
 
-def _choose(units, lacking, weight, least: float) -> Fit:
+def _choose(units, unexplained_torque, weight, least: float) -> Fit:
     """Add the best cause as long as it stands out, then drop those that no longer do."""
     chosen: tuple[str, ...] = ()
-    best = _fit(units, chosen, lacking, weight)
+    best = _fit(units, chosen, unexplained_torque, weight)
     while len(chosen) < len(units):
-        trials = [_fit(units, (*chosen, name), lacking, weight)
+        trials = [_fit(units, (*chosen, name), unexplained_torque, weight)
                   for name in units if name not in chosen]
         trial = min(trials, key=lambda fit: fit.left)
-        if not _stands_out(best, trial, lacking, least):
+        if not _stands_out(best, trial, unexplained_torque, least):
             break
         chosen, best = trial.names, trial
     for name in chosen[:-1]:
         without = tuple(other for other in chosen if other != name)
-        trial = _fit(units, without, lacking, weight)
-        if not _stands_out(trial, best, lacking, least):
+        trial = _fit(units, without, unexplained_torque, weight)
+        if not _stands_out(trial, best, unexplained_torque, least):
             chosen, best = without, trial
     return best
 
 
-def _with_rivals(fit: Fit, units, lacking, weight) -> Fit:
+def _with_confounders(fit: Fit, units, unexplained_torque, weight) -> Fit:
     """
     Return the fit with errors as wide as what other causes would change.
 
@@ -111,29 +111,29 @@ def _with_rivals(fit: Fit, units, lacking, weight) -> Fit:
     taken its share: where one is significant and moves them, it is a rival.
 
     """
-    rivals, error = [], fit.error
+    confounders, error = [], fit.error
     for name in units:
         if name in fit.names or not fit.names:
             continue
-        trial = _fit(units, (*fit.names, name), lacking, weight)
+        trial = _fit(units, (*fit.names, name), unexplained_torque, weight)
         count = len(fit.value)
         moved = np.abs(trial.value[:count] - fit.value)
         significant = np.abs(trial.value[count:]) > SIGNIFICANT * trial.error[count:]
         if significant.any() and (moved > SIGNIFICANT * fit.error).any():
-            rivals.append(name)
+            confounders.append(name)
             error = np.maximum(error, np.hypot(moved, trial.error[:count]))
-    return fit._replace(error=error, rivals=tuple(rivals))
+    return fit._replace(error=error, confounders=tuple(confounders))
 
 
-def _stands_out(without: Fit, with_: Fit, lacking: np.ndarray, least: float) -> bool:
+def _stands_out(without: Fit, with_: Fit, unexplained_torque: np.ndarray, least: float) -> bool:
     gain = without.left - with_.left
     more = len(with_.value) - len(without.value)
-    noise = with_.left / max(lacking.size - len(with_.value), 1)
+    noise = with_.left / max(unexplained_torque.size - len(with_.value), 1)
     return gain > least and gain > 1e-3 * without.left and gain > CERTAIN * more * noise
 
 
-def _fit(units, names: tuple[str, ...], lacking, weight) -> Fit:
-    y = (lacking * weight).ravel()
+def _fit(units, names: tuple[str, ...], unexplained_torque, weight) -> Fit:
+    y = (unexplained_torque * weight).ravel()
     total = float(y @ y)
     if not names:
         return Fit((), np.zeros(0), np.zeros(0), 1.0)
@@ -146,7 +146,7 @@ def _fit(units, names: tuple[str, ...], lacking, weight) -> Fit:
     value = vt.T @ (inverse * (u.T @ y))
     left = y - (x / size) @ value
     # Sandwich over blocks: what is left in one block is not independent.
-    blocks = (left[:, None] * u).reshape(len(lacking), 6, -1).sum(axis=1)
+    blocks = (left[:, None] * u).reshape(len(unexplained_torque), 6, -1).sum(axis=1)
     bread = vt.T * inverse
     error = np.sqrt(((bread @ blocks.T)**2).sum(axis=1))
     return Fit(names, value / size, error / size, float(left @ left) / total)
@@ -159,12 +159,12 @@ def _named_arms() -> dict[str, ArmParameters]:
 
 def _best_arm(seen: Evidence, arm: ArmParameters, weight) -> tuple[str, float]:
     """Return the named arm that leaves least unexplained, and how much."""
-    total = float(np.sum((seen.lacking.mean(axis=1) * weight)**2))
+    total = float(np.sum((seen.unexplained_torque.mean(axis=1) * weight)**2))
     found = ('', np.inf)
     for name, other in _named_arms().items():
         angles = seen.q - arm.angle_offset + other.angle_offset
-        lacking = seen.effort - inverse_dynamics(angles, seen.qd, seen.qdd, other)
-        left = float(np.sum((lacking.mean(axis=1) * weight)**2)) / total
+        unexplained_torque = seen.effort - inverse_dynamics(angles, seen.qd, seen.qdd, other)
+        left = float(np.sum((unexplained_torque.mean(axis=1) * weight)**2)) / total
         if left < found[1]:
             found = (name, left)
     return found
@@ -198,10 +198,10 @@ def _sentences(fit: Fit, arm: ArmParameters) -> list[dict[str, Any]]:
         start += count
         make = {'payload': _payload, 'gravity': _gravity}.get(name, _per_joint)
         cause = {'share': share, **make(name, value, error, arm)}
-        if fit.rivals:
-            cause['rivals'] = list(fit.rivals)
-            cause['sentence'] += (f'; this motion does not tell it from {" and ".join(fit.rivals)}'
-                                  ', hence the error')
+        if fit.confounders:
+            cause['rivals'] = list(fit.confounders)
+            others = ' and '.join(fit.confounders)
+            cause['sentence'] += f'; this motion does not tell it from {others}, hence the error'
         causes.append(cause)
     if fit.left > 0.05:
         causes.append({'kind': 'unexplained', 'share': fit.left,

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ur5_ros.analysis.identification.identify import Identified
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 _LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 
@@ -26,9 +26,9 @@ def write_arm(found: Identified, path: Path | str) -> None:
         with open(path, 'x', encoding='utf-8') as file:
             file.write(arm_yaml(found))
     except FileExistsError:
-        raise Refusal(f'{path} exists already; give another file') from None
+        raise InputError(f'{path} exists already; give another file') from None
     except OSError as error:
-        raise Refusal(f'{path}: cannot be written: {error.strerror}') from None
+        raise InputError(f'{path}: cannot be written: {error.strerror}') from None
 
 
 def arm_yaml(found: Identified) -> str:

@@ -10,7 +10,7 @@ from ur5_ros.analysis.identification.friction import MotorFriction, motor_fricti
 from ur5_ros.analysis.identification.inertia import physical, with_parameters
 from ur5_ros.analysis.residual_blocks import SLOW, Evidence, gather
 from ur5_ros.analysis.result import plain
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.regressor import LINK_PARAMETERS, dynamics_regressor, inertial_parameters
@@ -116,11 +116,11 @@ def identify(
 
     """
     if not runs:
-        raise Refusal('no run given; give one or more')
+        raise InputError('no run given; give one or more')
     if arm is None:
         side = runs[0].control or runs[0].sim
         if side is None:
-            raise Refusal(f'{runs[0].name}: the bag names no arm; give one: --arm NAME')
+            raise InputError(f'{runs[0].name}: the bag names no arm; give one: --arm NAME')
         arm = side.arm
     seen = [_seen(run, arm) for run in runs]
     tried = _seen(test, arm) if test is not None else None
@@ -182,10 +182,10 @@ def base_of(arm: ArmParameters, states: int = 500) -> tuple[np.ndarray, np.ndarr
 
 def _seen(run: Run, arm: ArmParameters) -> Evidence:
     if np.isnan(run.states.effort).all():
-        raise Refusal(f'{run.name}: no torques are recorded; they are needed')
+        raise InputError(f'{run.name}: no torques are recorded; they are needed')
     seen = gather(run, arm, BLOCKS)
     if seen is None:
-        raise Refusal(f'{run.name}: too few states with a torque follow each other')
+        raise InputError(f'{run.name}: too few states with a torque follow each other')
     return seen
 
 
@@ -218,22 +218,22 @@ def _least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray):
     """Return values, standard errors over blocks and the condition number, joints weighed."""
     still = ~known.any(axis=0)
     if still.any():
-        raise Refusal(f'{JOINT_NAMES[int(np.argmax(still))]} does not move in these runs; '
-                      'record one that moves every joint')
+        raise InputError(f'{JOINT_NAMES[int(np.argmax(still))]} does not move in these runs; '
+                         'record one that moves every joint')
     weight = known / np.sqrt(np.mean(y**2, axis=0) + 1e-12)
     scale = np.sqrt(np.mean(y**2))
     for _ in range(2):
         rows = (x * weight[..., None]).reshape(-1, x.shape[-1])
         size = np.linalg.norm(rows, axis=0)
         if np.any(size == 0.0):
-            raise Refusal('a parameter has no effect in these runs; record one that moves '
-                          'every joint')
+            raise InputError('a parameter has no effect in these runs; record one that moves '
+                             'every joint')
         tall, square = np.linalg.qr(rows / size)
         u, s, vt = np.linalg.svd(square)
         u = tall @ u
         if s[-1] < 1e-9 * s[0]:
-            raise Refusal(f'these runs do not tell the parameters apart (condition number '
-                          f'{s[0] / s[-1]:.2g}); record the experiment exciting')
+            raise InputError(f'these runs do not tell the parameters apart (condition number '
+                             f'{s[0] / s[-1]:.2g}); record the experiment exciting')
         value = (vt.T @ ((u.T @ (y * weight).ravel()) / s)) / size
         left = y - x @ value
         rms = np.sqrt(np.sum((left * known)**2, axis=0) / known.sum(axis=0))

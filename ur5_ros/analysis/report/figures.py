@@ -55,11 +55,12 @@ def figures(result: Result) -> list[Figure]:
         found += _error_figures(series)
     found += _torque_figures(series) + _residual_figures(series)
     if 'smoothed' in series:
-        t, lacking = series['smoothed']
+        t, unexplained_torque = series['smoothed']
         found.append(Figure(
             'smoothed', 'Torque that the arm does not explain', 'Recorded torque minus inverse '
             'dynamics, smoothed over blocks.',
-            [curve(t, lacking[:, i], name, COLOURS[i]) for i, name in enumerate(JOINT_NAMES)],
+            [curve(t, unexplained_torque[:, i], name, COLOURS[i])
+             for i, name in enumerate(JOINT_NAMES)],
             'torque [N m]', wide=True))
     if 'surplus' in series:
         run = series['run']

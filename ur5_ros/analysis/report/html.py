@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 from ur5_ros.analysis.report.figures import Figure, figures
 from ur5_ros.analysis.report.page import SCRIPT, STYLE
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, PASS, Check, Result
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 
 def write_html(result: Result, path: str | Path) -> None:
@@ -35,7 +35,7 @@ def write_html(result: Result, path: str | Path) -> None:
     try:
         Path(path).write_text(html_text(result), encoding='utf-8')
     except OSError as error:
-        raise Refusal(f'{path}: the report cannot be written: {error.strerror}') from None
+        raise InputError(f'{path}: the report cannot be written: {error.strerror}') from None
 
 
 def html_text(result: Result) -> str:

@@ -6,10 +6,10 @@ import numpy as np
 
 from ur5_ros.bag.arrays.columns import KINDS, Columns, RawColumns
 from ur5_ros.bag.arrays.table import Table
-from ur5_ros.bag.mcap.message_index import Walk
+from ur5_ros.bag.mcap.message_index import MessageIndex
 from ur5_ros.cdr.codec import Definitions, decode
 from ur5_ros.cdr.layout import Layout
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 #: Layouts of one topic that are read the fast way; messages of further ones are decoded singly.
 MAX_LAYOUTS = 32
@@ -33,7 +33,7 @@ class RawCollector:
         self._lengths: list[np.ndarray] = []
         self._data: list[np.ndarray] = []
 
-    def add(self, buffer: bytes | bytearray, found: Walk) -> None:
+    def add(self, buffer: bytes | bytearray, found: MessageIndex) -> None:
         """Take over messages that lie in a buffer."""
         self._times.append(np.stack([found.log_times, found.publish_times]))
         self._lengths.append(found.lengths)
@@ -95,7 +95,7 @@ class Collector:
         self._names = tuple(names)
         self._table.widen(len(self._names))
 
-    def add(self, buffer: bytes | bytearray, found: Walk) -> None:
+    def add(self, buffer: bytes | bytearray, found: MessageIndex) -> None:
         """Take over messages that lie in a buffer."""
         self._table.open(found.log_times, found.publish_times)
         left = np.ones(len(found.offsets), bool)
@@ -112,7 +112,7 @@ class Collector:
         self._table.close()
 
     def _take(self, known: tuple[Layout, list[int] | None], buffer: bytes | bytearray,
-              found: Walk, left: np.ndarray) -> None:
+              found: MessageIndex, left: np.ndarray) -> None:
         """Read all messages of one layout at once."""
         layout, order = known
         chosen = np.flatnonzero(left & (found.lengths == layout.size))
@@ -127,8 +127,8 @@ class Collector:
                                 in ((4, '<i4'), (8, '<u4')))
         fields = {}
         for name in self._kind.fields:
-            if name in layout.holes:
-                offset, kind, number = layout.holes[name]
+            if name in layout.slots:
+                offset, kind, number = layout.slots[name]
                 values = data[:, offset:offset + 8 * number].view(kind)
                 fields[name] = values if order == list(range(number)) else values[:, order]
         self._table.fill(chosen, seconds.astype(np.int64) * _NANOSECONDS + nanoseconds, fields)
@@ -137,7 +137,7 @@ class Collector:
         """Decode one message into its row; return its layout where others may share it."""
         try:
             message = decode(self._type, data, self._definitions)
-        except BagProblem as problem:
+        except BagError as problem:
             self._unread += 1
             self._first_unread = self._first_unread or str(problem)
             return None

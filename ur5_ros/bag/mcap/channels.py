@@ -10,7 +10,7 @@ from ur5_ros.bag.mcap.records import Opcode, parse_record
 from ur5_ros.cdr.codec import Definitions, definitions_of
 from ur5_ros.cdr.message_definition import parse_schema
 from ur5_ros.cdr.recorded_types import DEFINITIONS
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 
 class TopicInfo(NamedTuple):
@@ -38,21 +38,21 @@ class TopicInfo(NamedTuple):
 
         """
         if self.encoding != 'cdr':
-            raise BagProblem(f'topic {self.name}: messages encoded as {self.encoding[:20]!r}; '
-                             'only cdr is read')
+            raise BagError(f'topic {self.name}: messages encoded as {self.encoding[:20]!r}; '
+                           'only cdr is read')
         known = definitions_of(self.type) if self.type in DEFINITIONS else None
         if self.schema_encoding != 'ros2msg':
             if known is None:
-                raise BagProblem(f'topic {self.name}: type {self.type[:80]!r} is defined in '
-                                 f'{self.schema_encoding[:20]!r}; only ros2msg is read')
+                raise BagError(f'topic {self.name}: type {self.type[:80]!r} is defined in '
+                               f'{self.schema_encoding[:20]!r}; only ros2msg is read')
             return known
         try:
             text = self.schema.decode()
         except UnicodeDecodeError:
-            raise BagProblem(f'topic {self.name}: a schema that is not UTF-8') from None
+            raise BagError(f'topic {self.name}: a schema that is not UTF-8') from None
         found = parse_schema(self.type, text)
         if known is not None and any(found.get(name) != fields for name, fields in known.items()):
-            raise BagProblem(f'topic {self.name}: {self.type} is defined otherwise than in ROS 2')
+            raise BagError(f'topic {self.name}: {self.type} is defined otherwise than in ROS 2')
         return found
 
 

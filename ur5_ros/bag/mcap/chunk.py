@@ -18,7 +18,7 @@ from ur5_ros.bag.mcap.records import (
     MESSAGE_EXTRA,
     Opcode,
 )
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 #: Size at which a chunk is closed [bytes before compression]: one LZ4 block.
 CHUNK_SIZE = 64 << 10
@@ -147,12 +147,12 @@ def decompress(compression: str, data: memoryview, size: int, source: str) -> by
         elif compression == '':
             content = data
         else:
-            raise BagProblem(f'{source}: a chunk compressed with {compression[:20]!r}; '
-                             'only lz4, zstd and none are read')
+            raise BagError(f'{source}: a chunk compressed with {compression[:20]!r}; '
+                           'only lz4, zstd and none are read')
     except (RuntimeError, EOFError, zstandard.ZstdError, MemoryError):
-        raise BagProblem(f'{source}: a chunk that cannot be decompressed') from None
+        raise BagError(f'{source}: a chunk that cannot be decompressed') from None
     if len(content) != size:
-        raise BagProblem(f'{source}: a chunk of another size than it says')
+        raise BagError(f'{source}: a chunk of another size than it says')
     return content
 
 
@@ -180,17 +180,17 @@ def open_chunk(content: bytes | memoryview, source: str, limit: int = MAX_RECORD
     """
     at = _CHUNK_HEAD.size
     if len(content) < at + 12:
-        raise BagProblem(f'{source}: a chunk of {len(content)} bytes')
+        raise BagError(f'{source}: a chunk of {len(content)} bytes')
     _, _, size, crc = _CHUNK_HEAD.unpack_from(content)
     if size > limit:
-        raise BagProblem(f'{source}: a chunk that unpacks to {size} bytes; at most {limit} are '
-                         'read here')
+        raise BagError(f'{source}: a chunk that unpacks to {size} bytes; at most {limit} are '
+                       'read here')
     length = int.from_bytes(content[at:at + 4], 'little')
     name = bytes(content[at + 4:at + 4 + length])
     at += 4 + length
     if length > 20 or int.from_bytes(content[at:at + 8], 'little') != len(content) - at - 8:
-        raise BagProblem(f'{source}: a chunk whose lengths contradict each other')
+        raise BagError(f'{source}: a chunk whose lengths contradict each other')
     data = decompress(name.decode('utf-8', 'replace'), memoryview(content)[at + 8:], size, source)
     if check and crc not in (0, zlib.crc32(data)):
-        raise BagProblem(f'{source}: a chunk that differs from its CRC')
+        raise BagError(f'{source}: a chunk that differs from its CRC')
     return bytes(data)

@@ -6,7 +6,7 @@ from pathlib import Path
 from ur5_ros.bag.mcap.record_scan import Buffer, data_crc, read_chunks, scan
 from ur5_ros.bag.mcap.records import MAGIC, Opcode
 from ur5_ros.bag.mcap.summary import Summary
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 Report = Callable[[str], None]
 
@@ -82,6 +82,6 @@ def data_records(path: Path, size: int, summary: Summary | None, damaged: bool,
 def _indexed(path: Path, summary: Summary | None, report: Report) -> list[tuple[int, int]]:
     try:
         return summary.chunks(path) if summary else []
-    except BagProblem as problem:
+    except BagError as problem:
         report(str(problem))
         return []

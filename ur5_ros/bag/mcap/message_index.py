@@ -9,7 +9,7 @@ import numpy as np
 from ur5_ros.bag.mcap.records import FRAME, MESSAGE, MESSAGE_EXTRA, Opcode
 
 
-class Walk(NamedTuple):
+class MessageIndex(NamedTuple):
     """The records of a buffer of whole records."""
 
     channels: np.ndarray
@@ -26,7 +26,11 @@ class Walk(NamedTuple):
     """Schema and channel records: (opcode, start, end of the content)."""
 
 
-def walk(content: bytes | bytearray) -> Walk | None:
+#: :func:`index_messages`, or :class:`CompiledMessageIndex`.
+Indexer = Callable[[bytes], MessageIndex | None]
+
+
+def index_messages(content: bytes | bytearray) -> MessageIndex | None:
     """
     Return where the messages in the content of a chunk lie, None if it is no row of records.
 
@@ -67,8 +71,8 @@ def _table(rows: list[tuple[int, int, int, int, int]]) -> np.ndarray:
     return np.array(rows, np.uint64).reshape(-1, 5).T.astype(np.int64)
 
 
-def _from_table(table: np.ndarray, definitions: list[tuple[int, int, int]]) -> Walk:
-    return Walk(table[0], table[1], table[2], table[3], table[4], definitions)
+def _from_table(table: np.ndarray, definitions: list[tuple[int, int, int]]) -> MessageIndex:
+    return MessageIndex(table[0], table[1], table[2], table[3], table[4], definitions)
 
 
 @cache
@@ -114,10 +118,10 @@ def _compiled() -> Callable:
         return njit(nogil=True)(steps)
 
 
-class CompiledWalk:
-    """The same as :func:`walk`, some fifty times faster, after half a second to get ready."""
+class CompiledMessageIndex:
+    """:func:`index_messages` compiled: some fifty times faster, half a second to compile."""
 
-    #: More schemas and channels than this in one buffer are left to the walk in Python.
+    #: More schemas and channels than this in one buffer are left to Python.
     DEFINITIONS = 1000
 
     def __init__(self) -> None:
@@ -125,8 +129,8 @@ class CompiledWalk:
         self._table = np.empty((5, 0), np.int64)
         self._definitions = np.empty((self.DEFINITIONS, 3), np.int64)
 
-    def __call__(self, content: bytes | bytearray) -> Walk | None:
-        """Return what :func:`walk` returns."""
+    def __call__(self, content: bytes | bytearray) -> MessageIndex | None:
+        """Return what :func:`index_messages` returns."""
         if self._table.shape[1] < len(content) // MESSAGE.size:
             self._table = np.empty((5, len(content) // MESSAGE.size), np.int64)
         buffer = np.frombuffer(content, np.uint8)
@@ -134,7 +138,7 @@ class CompiledWalk:
         if messages < 0:
             return None
         if found > self.DEFINITIONS:
-            return walk(content)
+            return index_messages(content)
         definitions = [(opcode, begin, end) for opcode, begin, end
                        in self._definitions[:found].tolist()]
         return _from_table(self._table[:, :messages].copy(), definitions)

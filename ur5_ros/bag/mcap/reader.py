@@ -10,10 +10,10 @@ from mcap.records import Header, Metadata
 from ur5_ros.bag.mcap.channels import FileDefinitions, TopicInfo
 from ur5_ros.bag.mcap.chunk import open_chunk
 from ur5_ros.bag.mcap.data_section import data_records, proof_of_data
-from ur5_ros.bag.mcap.message_index import Walk, walk
+from ur5_ros.bag.mcap.message_index import Indexer, MessageIndex, index_messages
 from ur5_ros.bag.mcap.records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
 from ur5_ros.bag.mcap.summary import Summary, read_summary
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 #: Chunks are walked together up to this size [bytes].
 BATCH_SIZE = 1 << 20
@@ -28,7 +28,7 @@ class Batch(NamedTuple):
     """A piece of a source: a buffer, and where the messages lie in it."""
 
     buffer: bytes | bytearray
-    messages: Walk
+    messages: MessageIndex
 
 
 class Source(Protocol):
@@ -47,7 +47,7 @@ class Source(Protocol):
     def expected(self) -> dict[int, int]:
         """Messages of each channel, as the source itself claims."""
 
-    def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
+    def batches(self, index: Indexer = index_messages) -> Iterator[Batch]:
         """Yield all messages."""
 
 
@@ -79,7 +79,7 @@ class McapSource:
         self.summary: Summary | None = None
         self._definitions = FileDefinitions(path, report)
         if path.exists() and not path.is_file():
-            raise BagProblem(f'{path}: no file')  # a pipe would be waited for
+            raise BagError(f'{path}: no file')  # a pipe would be waited for
         try:
             self.size = path.stat().st_size
             with open(path, 'rb') as file:
@@ -87,17 +87,17 @@ class McapSource:
                 if start == MAGIC:
                     self._survey(file)
         except OSError as error:
-            raise BagProblem(f'{path}: cannot be read: {error.strerror}') from None
+            raise BagError(f'{path}: cannot be read: {error.strerror}') from None
         if start != MAGIC:
             if not MAGIC.startswith(start):
-                raise BagProblem(f'{path}: no MCAP file')
+                raise BagError(f'{path}: no MCAP file')
             report(f'{path}: holds nothing; its writer ended before the first record')
 
     def _survey(self, file: BinaryIO) -> None:
         """Learn topics and metadata: from the summary, or by reading all where there is none."""
         try:
             self.summary = read_summary(file, self.path, self.size, self._definitions)
-        except BagProblem as problem:
+        except BagError as problem:
             self.report(str(problem))
             self._definitions.forget()
         if self.summary is not None:
@@ -120,32 +120,32 @@ class McapSource:
         stated = self.summary and self.summary.statistics
         return stated.channel_message_counts if stated else {}
 
-    def batches(self, fast: Callable[[bytes], Walk | None] = walk) -> Iterator[Batch]:
+    def batches(self, index: Indexer = index_messages) -> Iterator[Batch]:
         """
         Yield all messages of the file, in its order; afterwards ``counts`` is right.
 
         Parameters
         ----------
-        fast : callable
-            The walk to use: :func:`ur5_ros.bag.mcap.message_index.walk`, or a compiled one.
+        index : callable
+            :func:`.index_messages.index_messages`, or a compiled one.
 
         """
         self.counts = {}
         for contents in self._gathered():
             joined = b''.join(contents) if len(contents) > 1 else contents[0]
-            found = fast(joined)
+            found = index(joined)
             if found is not None:
                 yield self._counted(joined, found)
                 continue
             for content in contents:
-                found = walk(content)
+                found = index_messages(content)
                 if found is None:
                     self.report(f'{self.path}: a chunk that holds no whole records was left out')
                 else:
                     yield self._counted(content, found)
         self._check_counts()
 
-    def _counted(self, content: bytes, found: Walk) -> Batch:
+    def _counted(self, content: bytes, found: MessageIndex) -> Batch:
         for opcode, begin, end in found.definitions:
             self._define(opcode, bytes(content[begin:end]))
         channels, numbers = np.unique(found.channels, return_counts=True)
@@ -201,7 +201,7 @@ class McapSource:
                 try:
                     content = open_chunk(record[FRAME.size:], str(self.path),
                                          min(allowed, MAX_RECORD), check=proof is not True)
-                except BagProblem as problem:
+                except BagError as problem:
                     self.report(f'{problem}; it was left out')
                     continue
                 allowed -= len(content)
@@ -216,7 +216,7 @@ class McapSource:
     def _define(self, opcode: int, content: bytes) -> None:
         try:
             self._definitions.add(opcode, content)
-        except BagProblem as problem:
+        except BagError as problem:
             self.report(str(problem))
 
     def _other(self, opcode: int, content: bytes) -> None:
@@ -233,10 +233,10 @@ class McapSource:
                 parse_record(Header, content, source)
             elif opcode == Opcode.MESSAGE_INDEX:
                 if len(content) < 6 or int.from_bytes(content[2:6], 'little') != len(content) - 6:
-                    raise BagProblem(f'{source}: a damaged message index')
+                    raise BagError(f'{source}: a damaged message index')
             elif opcode == Opcode.ATTACHMENT:
                 pass
             else:
-                raise BagProblem(f'{source}: a record of kind {opcode:#04x} among the data')
-        except BagProblem as problem:
+                raise BagError(f'{source}: a record of kind {opcode:#04x} among the data')
+        except BagError as problem:
             self.report(str(problem))

@@ -13,7 +13,7 @@ from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
 from mcap.records import McapRecord
 
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 MAGIC = b'\x89MCAP0\r\n'
 
@@ -67,9 +67,9 @@ def parse_record(kind: Any, content: bytes, source: str) -> Any:
     try:
         record = kind.read(stream)
     except (McapError, StructError, UnicodeDecodeError, ValueError, OverflowError, MemoryError):
-        raise BagProblem(f'{source}: a damaged {kind.__name__} record') from None
+        raise BagError(f'{source}: a damaged {kind.__name__} record') from None
     if stream.count != len(content):
-        raise BagProblem(f'{source}: a damaged {kind.__name__} record')
+        raise BagError(f'{source}: a damaged {kind.__name__} record')
     return record
 
 

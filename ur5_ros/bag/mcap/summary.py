@@ -8,7 +8,7 @@ from mcap.records import ChunkIndex, Footer, Metadata, MetadataIndex, Statistics
 
 from ur5_ros.bag.mcap.channels import FileDefinitions
 from ur5_ros.bag.mcap.records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
-from ur5_ros.errors import BagProblem
+from ur5_ros.errors import BagError
 
 _FOOTER_CONTENT = 20
 _TAIL = FRAME.size + _FOOTER_CONTENT + len(MAGIC)
@@ -77,12 +77,12 @@ def read_summary(file: BinaryIO, path: Path, size: int,
     if start == 0:  # closed by a writer that keeps no summary
         return Summary(end, None, [], [])
     if not len(MAGIC) < start <= end or end - start > MAX_RECORD:
-        raise BagProblem(f'{path}: its summary is damaged')
+        raise BagError(f'{path}: its summary is damaged')
     file.seek(start)
     summary = file.read(end - start)
     crc = zlib.crc32(summary + tail[:-len(MAGIC) - 4])
     if footer.summary_crc not in (0, crc):
-        raise BagProblem(f'{path}: its summary is damaged (CRC)')
+        raise BagError(f'{path}: its summary is damaged (CRC)')
 
     statistics, indexes, chunks = None, [], []
     for opcode, content in _records(summary, path):
@@ -103,11 +103,11 @@ def _records(data: bytes, path: Path) -> list[tuple[int, bytes]]:
     found, at = [], 0
     while at < len(data):
         if at + FRAME.size > len(data):
-            raise BagProblem(f'{path}: its summary is damaged')
+            raise BagError(f'{path}: its summary is damaged')
         opcode, length = FRAME.unpack_from(data, at)
         at += FRAME.size + length
         if at > len(data):
-            raise BagProblem(f'{path}: its summary is damaged')
+            raise BagError(f'{path}: its summary is damaged')
         found.append((opcode, data[at - length:at]))
     return found
 
@@ -116,10 +116,10 @@ def _metadata(file: BinaryIO, path: Path, index: MetadataIndex,
               end: int) -> tuple[str, dict[str, str]]:
     """Return a metadata record from the place that its index names."""
     if index.offset + index.length > end or not FRAME.size <= index.length <= MAX_RECORD:
-        raise BagProblem(f'{path}: its summary names a metadata record that is not there')
+        raise BagError(f'{path}: its summary names a metadata record that is not there')
     file.seek(index.offset)
     data = file.read(index.length)
     if FRAME.unpack_from(data) != (Opcode.METADATA, index.length - FRAME.size):
-        raise BagProblem(f'{path}: its summary names a metadata record that is not there')
+        raise BagError(f'{path}: its summary names a metadata record that is not there')
     record = parse_record(Metadata, data[FRAME.size:], str(path))
     return record.name, record.metadata

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.compiled import Kernel
 
 #: A named argument and the shape of one item: ('q', q, (6,)).
@@ -30,12 +30,12 @@ def finite_array(name: str, value: Any, tail: tuple[int, ...]) -> np.ndarray:
             raise TypeError
         array = np.asarray(array, dtype=np.float64, order='C')
     except (TypeError, ValueError):
-        raise Refusal(f'{name} is no array of real numbers; give shape {wanted}') from None
+        raise InputError(f'{name} is no array of real numbers; give shape {wanted}') from None
     if np.ndim(value) < len(tail) or array.shape[array.ndim - len(tail):] != tail:
-        raise Refusal(f'{name} has shape {np.shape(value)}; give {wanted}')
+        raise InputError(f'{name} has shape {np.shape(value)}; give {wanted}')
     if not np.isfinite(array).all():
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise Refusal(f'{name}{list(where)} is {array[where]}; give finite numbers')
+        raise InputError(f'{name}{list(where)} is {array[where]}; give finite numbers')
     return array
 
 
@@ -74,7 +74,7 @@ def apply(kernel: Kernel, arguments: Sequence[Argument], shared: Sequence[Any],
     except ValueError:
         shapes = ', '.join(f'{name} {array.shape}'
                            for array, (name, _, _) in zip(arrays, arguments, strict=True))
-        raise Refusal(f'leading dimensions do not match: {shapes}') from None
+        raise InputError(f'leading dimensions do not match: {shapes}') from None
     inputs = []
     for array, own, (_, _, tail) in zip(arrays, leads, arguments, strict=True):
         if own != lead:
@@ -87,8 +87,8 @@ def apply(kernel: Kernel, arguments: Sequence[Argument], shared: Sequence[Any],
                           [_flat(out, tail) for out, tail in zip(outputs, tails, strict=True)])
         if code:
             names = ', '.join(name for name, _, _ in arguments)
-            raise Refusal(f'{names}: numbers so large that the result is not finite; '
-                          'give smaller ones')
+            raise InputError(f'{names}: numbers so large that the result is not finite; '
+                             'give smaller ones')
     return outputs
 
 

@@ -21,7 +21,7 @@ from ur5_ros.model.kernels.composite_inertia import (
     momentum,
     six,
 )
-from ur5_ros.model.kernels.lanes import LANES, gather, put, put_lane, scatter
+from ur5_ros.model.kernels.lanes import LANES, gather, put, scatter, store_simd
 from ur5_ros.model.kernels.newton_euler import NIL, Z, rates, torque_of_motion, velocities
 from ur5_ros.model.kernels.plane_geometry import (
     add,
@@ -140,7 +140,7 @@ def terms_of_many(q, qd, k, m, c, g):
         gather(q, first, some, lq)
         gather(qd, first, some, lqd)
         for lane in range(LANES):
-            check[lane] = terms_of_state(lq, lqd, k, lm, lc, lg, lane, intp(LANES), put_lane)
+            check[lane] = terms_of_state(lq, lqd, k, lm, lc, lg, lane, intp(LANES), store_simd)
         if not isfinite(np.sum(check)):
             return 1
         scatter(lm, 36, first, some, flat_m)

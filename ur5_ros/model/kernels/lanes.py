@@ -30,6 +30,6 @@ def put(out, at, step, i, j, value):
 
 
 @inlined
-def put_lane(out, at, step, i, j, value):
+def store_simd(out, at, step, i, j, value):
     """Write an entry of one of eight matrices side by side."""
     out[at + (6 * i + j) * step] = value

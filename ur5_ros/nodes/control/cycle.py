@@ -7,9 +7,9 @@ from typing import Any
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.cdr.diagnostics import ERROR, OK, STALE, WARN
-from ur5_ros.control.controller import Answer, Controller
+from ur5_ros.control.controller import Controller, ControlOutput
 from ur5_ros.control.settings import USUAL_RATE
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.nodes.control.topics import ControlOutputs
 from ur5_ros.nodes.ros.messages import StateReader
@@ -17,10 +17,10 @@ from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 
 #: A robot whose last state came within this wall time has not started again [s].
-LIVING = 0.3
+STATE_TIMEOUT = 0.3
 
 
-class Answering:
+class ControlCycle:
     """
     The controller between two topics.
 
@@ -104,9 +104,9 @@ class Answering:
 
     def _go_back(self, stamp: int) -> None:
         """Take a clock that went back for a robot that started again, unless the old one lives."""
-        if time.monotonic() - self._last_at < LIVING:
-            raise Refusal(f'stamp {stamp} ns is before {self.stamp} ns, just answered; '
-                          'keep one robot on this topic')
+        if time.monotonic() - self._last_at < STATE_TIMEOUT:
+            raise InputError(f'stamp {stamp} ns is before {self.stamp} ns, just answered; '
+                             'keep one robot on this topic')
         self._on_restart()
 
     def begin_anew(self) -> None:
@@ -153,7 +153,7 @@ class Answering:
             self._planned_rate = rate
             self.controller = Controller(self.controller.parameters, rate)
 
-    def _monitor(self, state: ArmState, answer: Answer) -> None:
+    def _monitor(self, state: ArmState, answer: ControlOutput) -> None:
         arm = self.controller.arm
         tool, wanted = (forward_kinematics(q + arm.angle_offset, arm)
                         for q in (state.q, answer.reference.q))

@@ -10,7 +10,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.targets import pose_matrix
-from ur5_ros.nodes.control.cycle import Answering
+from ur5_ros.nodes.control.cycle import ControlCycle
 from ur5_ros.nodes.ros.messages import read_message, stamp_of
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Topics
@@ -34,7 +34,7 @@ class ControlInputs:
     """
 
     def __init__(
-        self, topics: Topics, recording: Recording, answering: Answering,
+        self, topics: Topics, recording: Recording, answering: ControlCycle,
         parameters: dict[str, Any],
     ) -> None:
         self._recording = recording

@@ -13,27 +13,27 @@ from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.cdr.diagnostics import ERROR
 from ur5_ros.config import CONTROL_PARAMETERS, arm_text
 from ur5_ros.control.controller import Controller
-from ur5_ros.errors import Refusal
-from ur5_ros.nodes.control.cycle import Answering
+from ur5_ros.errors import InputError
+from ur5_ros.nodes.control.cycle import ControlCycle
 from ur5_ros.nodes.control.inputs import ControlInputs
 from ur5_ros.nodes.control.services import offer_services
 from ur5_ros.nodes.control.topics import ControlOutputs
-from ur5_ros.nodes.ros.background_executor import LoopRequests, look_around
+from ur5_ros.nodes.ros.background_executor import LoopRequests, poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Refusals, Throttle
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.ros.parameters import check_sections, declare
 from ur5_ros.nodes.ros.process import DONE, LOSS, fault, freeze_garbage
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
-from ur5_ros.nodes.ros.topics import HOT, KEPT, Topics, deaf_to, make_loop
+from ur5_ros.nodes.ros.topics import HOT, KEPT, Topics, incompatible_publishers, make_loop
 
 #: Longest wait before signals, services and the watchdog are looked at [s].
-GLANCE = 0.05
+POLL_PERIOD = 0.05
 #: Wall time after the first state in which a run may still be named [s].
 NAMING_TIME = 5.0
 
 
-class Steering:
+class ControlNode:
     """
     The controller on its topics.
 
@@ -65,7 +65,7 @@ class Steering:
         self.outputs = ControlOutputs(
             self.node, topics, self.recording, self.parameters, controller.arm.name)
         self.refusals = Refusals(self._logger.warning)
-        self.answering = Answering(
+        self.answering = ControlCycle(
             controller, self.outputs, self.recording, self.parameters, self._logger,
             self._begin_anew)
         self.inputs = ControlInputs(topics, self.recording, self.answering, self.parameters)
@@ -83,7 +83,7 @@ class Steering:
         self._every_second = EverySecond()
         self._waiting_line = Throttle()
         offer_services(self.node, self)
-        look_around(self.node, self._look_around)
+        poll_graph(self.node, self._poll_graph)
         loop.start()
         self._loop = loop
 
@@ -92,7 +92,7 @@ class Steering:
         self._tell_waiting()
         freeze_garbage()
         while not self._stop.reason:
-            for number, data in self._wait(GLANCE):
+            for number, data in self._wait(POLL_PERIOD):
                 self._hear(number, data)
             if self.requests:
                 self.requests.serve()
@@ -104,7 +104,7 @@ class Steering:
         topic, record, take = self._heard[number]
         try:
             take(record, data)
-        except Refusal as error:
+        except InputError as error:
             self.refusals.add(topic, 'refused', str(error))
             if len(data) <= MOST_RECORDED:
                 self.recording.write(record, data)
@@ -122,7 +122,7 @@ class Steering:
         if name == self._run_name:
             return
         if not name or len(name) > 200 or '/' in name or name.startswith('.'):
-            raise Refusal(f'{name[:60]!r} names no run; give a word that can name a folder')
+            raise InputError(f'{name[:60]!r} names no run; give a word that can name a folder')
         if self._run_name:
             self._begin_anew()
         self._open_bag(name)
@@ -160,9 +160,9 @@ class Steering:
         """Return what was counted so far."""
         return {**self.answering.counters(), **self.refusals.counts}
 
-    def _look_around(self) -> None:
+    def _poll_graph(self) -> None:
         """Find out who plays the robot, and whom the node cannot hear; tell the loop."""
-        found = deaf_to(self.node, self._topics)
+        found = incompatible_publishers(self.node, self._topics)
         states = self._names['joint_states']
         robots = [each.node_name for each in self.node.get_publishers_info_by_topic(states)]
         if len(robots) > 1:

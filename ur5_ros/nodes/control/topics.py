@@ -64,14 +64,14 @@ class ControlOutputs:
         self._publish_command, self._command_id = topics.publisher(
             'joint_command', 'joint_command', JointState)
         self._publish_reference, self._reference_id = topics.publisher(
-            'reference', '~/reference', JointTrajectory, for_onlookers=True)
+            'reference', '~/reference', JointTrajectory, lazy=True)
         self._publish_parts, self._parts_id = topics.publisher(
-            'torque_parts', '~/torque_parts', JointState, for_onlookers=True)
-        self._send_error = topics.sender('error', '~/error', JointState, for_onlookers=True)
+            'torque_parts', '~/torque_parts', JointState, lazy=True)
+        self._send_error = topics.sender('error', '~/error', JointState, lazy=True)
         self._send_tool = topics.sender(
-            'tool_pose', '~/tool_pose', PoseStamped, for_onlookers=True)
+            'tool_pose', '~/tool_pose', PoseStamped, lazy=True)
         self._send_wanted = topics.sender(
-            'reference_pose', '~/reference_pose', PoseStamped, for_onlookers=True)
+            'reference_pose', '~/reference_pose', PoseStamped, lazy=True)
         self._send_diagnostics = topics.sender('diagnostics', '/diagnostics', DiagnosticArray)
         self.hash = PayloadHash(self._command)
         self._last = b''

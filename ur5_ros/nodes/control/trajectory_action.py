@@ -12,7 +12,7 @@ from rclpy.node import Node
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.tolerances import JointTolerance, ResultCode, Verdict
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 #: How often goals are looked at [Hz], as the joint_trajectory_controller's action_monitor_rate.
@@ -102,7 +102,7 @@ class TrajectoryAction:
         try:
             arguments = goal_arguments(goal.request)
             number = self._ask(lambda controller: controller.follow_joint_trajectory(**arguments))
-        except Refusal as refusal:
+        except InputError as refusal:
             self._finish(goal, Verdict(ResultCode.INVALID_GOAL, str(refusal)))
             return
         self._open.append((goal, self._control.answering.controller, number))

@@ -14,10 +14,10 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Wall time that the loop has to do what a service asks [s].
-PATIENCE = 10.0
+REQUEST_TIMEOUT = 10.0
 
 #: Requests and answers of a service that may wait: a flood of rclpy's ten would lose the oldest.
 REQUESTS = QoSProfile(depth=100)
@@ -58,8 +58,8 @@ class LoopRequests:
         request = _Request(work)
         self._waiting.append(request)
         self._wake()
-        if self._closed or not request.done.wait(PATIENCE):
-            raise Refusal('the node is busy or ending; try again')
+        if self._closed or not request.done.wait(REQUEST_TIMEOUT):
+            raise InputError('the node is busy or ending; try again')
         if request.error is not None:
             raise request.error
         return request.result
@@ -75,10 +75,10 @@ class LoopRequests:
             request = self._waiting.popleft()
             try:
                 request.result = request.work()
-            except Refusal as error:
+            except InputError as error:
                 request.error = error
             except Exception:
-                request.error = Refusal('the request failed; the log of the node says why')
+                request.error = InputError('the request failed; the log of the node says why')
                 traceback.print_exc()
             request.done.set()
 
@@ -93,10 +93,10 @@ class _Request:
         self.work = work
         self.done = threading.Event()
         self.result: Any = None
-        self.error: Refusal | None = None
+        self.error: InputError | None = None
 
 
-class Serving:
+class BackgroundExecutor:
     """
     An ordinary executor in a second thread.
 
@@ -131,7 +131,7 @@ class Serving:
                     traceback.print_exc()
 
 
-def look_around(node: Node, look: Callable[[], None]) -> None:
+def poll_graph(node: Node, look: Callable[[], None]) -> None:
     """
     Call ``look`` every second of steady time, in the thread that serves.
 
@@ -172,7 +172,7 @@ def add_service(
         try:
             response.message = answer(request)
             response.success = True
-        except Refusal as error:
+        except InputError as error:
             response.success, response.message = False, str(error)
         return response
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.parsers import expat
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Exit code of a node that was given bad input.
 REFUSED = 2
@@ -41,12 +41,12 @@ def require_environment(arguments: Sequence[str] | None = None) -> None:
     """
     try:
         check_environment()
-    except Refusal as error:
+    except InputError as error:
         tell_refusal(sys.argv if arguments is None else arguments, error)
         sys.exit(REFUSED)
 
 
-def tell_refusal(arguments: Sequence[str], error: Refusal) -> None:
+def tell_refusal(arguments: Sequence[str], error: InputError) -> None:
     """Say on the error output who refuses what."""
     program = os.path.basename(arguments[0]).removesuffix('.py') if arguments else 'node'
     print(f'{program}: {error}', file=sys.stderr)
@@ -75,17 +75,17 @@ def check_environment(environment: Mapping[str, str] | None = None) -> None:
     env = os.environ if environment is None else environment
     domain = env.get('ROS_DOMAIN_ID', '')
     if domain and not (domain.isascii() and domain.isdigit() and int(domain) <= HIGHEST_DOMAIN):
-        raise Refusal(f'ROS_DOMAIN_ID is {domain!r}; give a whole number from 0 to '
-                      f'{HIGHEST_DOMAIN}, or unset it')
+        raise InputError(f'ROS_DOMAIN_ID is {domain!r}; give a whole number from 0 to '
+                         f'{HIGHEST_DOMAIN}, or unset it')
     secured = env.get('ROS_SECURITY_ENABLE', '').lower() == 'true'
     if secured and env.get('ROS_SECURITY_STRATEGY', 'Permissive') != 'Enforce':
-        raise Refusal('ROS_SECURITY_ENABLE is true, but ROS_SECURITY_STRATEGY is not Enforce: '
-                      'without its keys the node would run unsecured; set '
-                      'ROS_SECURITY_STRATEGY=Enforce, or ROS_SECURITY_ENABLE=false')
+        raise InputError('ROS_SECURITY_ENABLE is true, but ROS_SECURITY_STRATEGY is not Enforce: '
+                         'without its keys the node would run unsecured; set '
+                         'ROS_SECURITY_STRATEGY=Enforce, or ROS_SECURITY_ENABLE=false')
     for name, words in WORDS.items():
         if env.get(name) and env[name] not in words:
-            raise Refusal(f'{name} is {env[name]!r}; give one of: {", ".join(words)}, '
-                          'or unset it')
+            raise InputError(f'{name} is {env[name]!r}; give one of: {", ".join(words)}, '
+                             'or unset it')
     for name in PROFILES:
         if env.get(name):
             _check_profile(name, env[name])
@@ -93,8 +93,9 @@ def check_environment(environment: Mapping[str, str] | None = None) -> None:
         try:
             socket.getaddrinfo(peer, None)
         except (OSError, UnicodeError):
-            raise Refusal(f'ROS_STATIC_PEERS names {peer!r}, which is no host that can be found; '
-                          'correct it, or unset it') from None
+            raise InputError(f'ROS_STATIC_PEERS names {peer!r}, which is no host that can be '
+                             'found; '
+                             'correct it, or unset it') from None
     if env.get('RMW_IMPLEMENTATION'):
         _check_middleware(env['RMW_IMPLEMENTATION'])
 
@@ -109,8 +110,8 @@ def _check_profile(name: str, path: str) -> None:
     except (expat.ExpatError, ValueError) as error:
         reason = f'no XML: {error}'
     if reason:
-        raise Refusal(f'{name} is {path!r}: {reason}; without the profile every interface of '
-                      'this machine would be open; correct it, or unset it')
+        raise InputError(f'{name} is {path!r}: {reason}; without the profile every interface of '
+                         'this machine would be open; correct it, or unset it')
 
 
 def _check_middleware(name: str) -> None:
@@ -126,8 +127,8 @@ def _check_middleware(name: str) -> None:
     if code != 0:
         found = re.search(r"instead found '(\w+)'", said)
         there = f' (there is {found[1]})' if found else ''
-        raise Refusal(f'RMW_IMPLEMENTATION is {name!r}, a middleware that is not installed'
-                      f'{there}; install it, or unset RMW_IMPLEMENTATION')
+        raise InputError(f'RMW_IMPLEMENTATION is {name!r}, a middleware that is not installed'
+                         f'{there}; install it, or unset RMW_IMPLEMENTATION')
 
 
 def _load_middleware(report: int) -> None:

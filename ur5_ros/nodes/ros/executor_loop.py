@@ -55,7 +55,7 @@ class ExecutorLoop:
         publish = self._node.create_publisher(message_type, topic, qos).publish
         return lambda data: publish(deserialize_message(data, message_type))
 
-    publisher_where_heard = publisher
+    lazy_publisher = publisher
 
     def watch_service(self, service: Any) -> None:
         """Do nothing: the loop looks after each wait whether a request has come."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.cdr.codec import decode
 from ur5_ros.cdr.fixed_messages import FixedJointState
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.signals import ArmState
 
 #: Largest message that is decoded, by what it carries [bytes].
@@ -41,7 +41,7 @@ def read_message(type_name: str, data: bytes) -> dict[str, Any]:
 
     """
     if len(data) > MOST_BYTES[type_name]:
-        raise Refusal(f'{len(data)} bytes; at most {MOST_BYTES[type_name]} are read')
+        raise InputError(f'{len(data)} bytes; at most {MOST_BYTES[type_name]} are read')
     return decode(type_name, data)
 
 
@@ -63,13 +63,13 @@ def order_of(names: Sequence[str], wanted: Sequence[str]) -> list[int]:
     places = {name: place for place, name in enumerate(names)}
     if len(places) != len(names):
         doubled = next(name for name in places if names.count(name) > 1)
-        raise Refusal(f'joint {_short(doubled)} is named twice; name each once')
+        raise InputError(f'joint {_short(doubled)} is named twice; name each once')
     for name in names:
         if name not in wanted:
-            raise Refusal(f'unknown joint {_short(name)}; the joints are: {", ".join(wanted)}')
+            raise InputError(f'unknown joint {_short(name)}; the joints are: {", ".join(wanted)}')
     for name in wanted:
         if name not in places:
-            raise Refusal(f'joint {name} is missing; name all of: {", ".join(wanted)}')
+            raise InputError(f'joint {name} is missing; name all of: {", ".join(wanted)}')
     return [places[name] for name in wanted]
 
 
@@ -85,9 +85,9 @@ def six(values: Any, what: str, order: Sequence[int] | None = None) -> np.ndarra
     """
     array = np.asarray(values, dtype=float)
     if array.shape != (6,):
-        raise Refusal(f'{what} has {array.size} numbers; give 6')
+        raise InputError(f'{what} has {array.size} numbers; give 6')
     if not np.isfinite(array).all():
-        raise Refusal(f'{what} is {array.tolist()}; give finite numbers')
+        raise InputError(f'{what} is {array.tolist()}; give finite numbers')
     return array if order is None else array[order]
 
 

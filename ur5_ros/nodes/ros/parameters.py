@@ -16,7 +16,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ur5_ros.config import read_yaml
 from ur5_ros.config.parameters import Parameter, check, complete
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 
@@ -78,12 +78,12 @@ def serve(
     def judge(given: list[RosParameter]) -> SetParametersResult:
         try:
             if any(each.name == 'use_sim_time' and each.value for each in given):
-                raise Refusal('use_sim_time cannot be set while the node runs')
+                raise InputError('use_sim_time cannot be set while the node runs')
             checked = {each.name: check(known[each.name], _plain(each.value))
                        for each in given if each.name in known}
             if checked:
                 change(checked)
-        except Refusal as error:
+        except InputError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
@@ -114,7 +114,7 @@ def _converted(parameter: Parameter | None, given: RosParameter) -> RosParameter
         return given
     try:
         return RosParameter(given.name, value=check(parameter, _plain(given.value)))
-    except Refusal:
+    except InputError:
         return given
 
 
@@ -149,7 +149,7 @@ def read_files(arguments: Sequence[str]) -> dict[str, Any]:
     files = {path: read_yaml(Path(path)) for path in paths}
     for path, data in files.items():
         if not isinstance(data, Mapping):
-            raise Refusal(f'{path}: no sections; give "/node_name: ros__parameters: ..."')
+            raise InputError(f'{path}: no sections; give "/node_name: ros__parameters: ..."')
     return files
 
 
@@ -174,8 +174,8 @@ def check_sections(files: Mapping[str, Any], node_name: str) -> None:
         sections = list(_sections(data, ''))
         if not any(matches(section, node_name) for section in sections):
             found = ', '.join(sections) or 'none'
-            raise Refusal(f'{path}: no section for {node_name} (sections: {found}); '
-                          f'rename one to {node_name}, or to /**')
+            raise InputError(f'{path}: no section for {node_name} (sections: {found}); '
+                             f'rename one to {node_name}, or to /**')
 
 
 def matches(section: str, node_name: str) -> bool:

@@ -12,7 +12,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.environment import REFUSED, tell_refusal
 from ur5_ros.nodes.ros.parameters import read_files
 from ur5_ros.nodes.ros.shutdown import StopRequest
@@ -40,8 +40,8 @@ def pin_to_core(core: str) -> None:
     """
     allowed = os.sched_getaffinity(0)
     if not (core.isascii() and core.isdigit() and int(core) in allowed):
-        raise Refusal(f'UR5_ROS_CORE is {core!r}; give one of: '
-                      f'{", ".join(map(str, sorted(allowed)))}, or unset it')
+        raise InputError(f'UR5_ROS_CORE is {core!r}; give one of: '
+                         f'{", ".join(map(str, sorted(allowed)))}, or unset it')
     os.sched_setaffinity(0, {int(core)})
     if os.sched_getscheduler(0) == os.SCHED_OTHER:  # whoever chose another policy has a reason
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
@@ -68,7 +68,7 @@ def run_node(
     arguments = sys.argv if arguments is None else arguments
     try:
         code = _run(create, arguments, stop)
-    except Refusal as error:
+    except InputError as error:
         tell_refusal(arguments, error)
         code = REFUSED
     finally:
@@ -102,15 +102,15 @@ def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest
     try:
         surplus = remove_ros_args(list(arguments))[1:]
         if surplus:
-            raise Refusal(f'unknown argument {surplus[0]!r}; parameters are given as '
-                          '--ros-args -p name:=value or --ros-args --params-file file.yaml')
+            raise InputError(f'unknown argument {surplus[0]!r}; parameters are given as '
+                             '--ros-args -p name:=value or --ros-args --params-file file.yaml')
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         node = create(files, stop)
     except ExternalShutdownException:
         return DONE
     except Exception as error:
         if type(error).__module__.startswith('rclpy'):
-            raise Refusal(_one_line(error)) from None
+            raise InputError(_one_line(error)) from None
         raise
     return node.run()
 

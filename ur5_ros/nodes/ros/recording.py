@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.run_folders import BAGS
 from ur5_ros.bag.writer import BagWriter
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: Messages kept while the run's name is not known yet: half a minute of a 1 kHz loop.
 MOST_BUFFERED = 200_000
@@ -159,7 +159,7 @@ def refuse_folder(where: str) -> None:
 
     """
     if where not in ('', 'auto') and Path(where).expanduser().exists():
-        raise Refusal(f'bag folder {where} exists; give another one, or remove it')
+        raise InputError(f'bag folder {where} exists; give another one, or remove it')
 
 
 def run_of(where: str, new_name: Callable[[], str]) -> str:

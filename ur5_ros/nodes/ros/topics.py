@@ -53,21 +53,21 @@ class Topics:
 
     def publisher(
         self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
-        *, for_onlookers: bool = False,
+        *, lazy: bool = False,
     ) -> tuple[Send, int]:
         """Return what publishes bytes, to somebody or at all, and the number to record them."""
         loop = self._loop
-        publisher = loop.publisher_where_heard if for_onlookers else loop.publisher
+        publisher = loop.lazy_publisher if lazy else loop.publisher
         return (publisher(message_type, topic, qos),
                 self._record(role, topic, message_type, qos))
 
     def sender(
         self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
-        *, for_onlookers: bool = False,
+        *, lazy: bool = False,
     ) -> Send:
         """Return what publishes, to somebody or at all, and records bytes."""
         publish, number = self.publisher(
-            role, topic, message_type, qos, for_onlookers=for_onlookers)
+            role, topic, message_type, qos, lazy=lazy)
         recording = self._recording
 
         def send(data: bytes) -> None:
@@ -96,7 +96,7 @@ def make_loop(node: Node, kind: str) -> Any:
     return {'wait_set': WaitSetLoop, 'executor': ExecutorLoop}[kind](node)
 
 
-def deaf_to(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
+def incompatible_publishers(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
     """
     Return who publishes on a topic of ours what can never arrive.
 

@@ -9,7 +9,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from ur5_ros.nodes.ros.background_executor import Serving
+from ur5_ros.nodes.ros.background_executor import BackgroundExecutor
 
 Message = tuple[int, bytes]
 
@@ -17,7 +17,7 @@ Message = tuple[int, bytes]
 LOOK = 0.02
 
 #: While nothing but hot messages come, all else is looked after this often [s].
-BRIEF = 0.01
+HOT_POLL_PERIOD = 0.01
 
 
 class ReservedGroup(CallbackGroup):
@@ -59,7 +59,7 @@ class WaitSetLoop:
         self._group = ReservedGroup()
         self._subscriptions: list[Any] = []
         self._services: list[Any] = []
-        self._serving: Serving | None = None
+        self._serving: BackgroundExecutor | None = None
         self.asked = False
         """Whether a watched service may have a request since the last wait."""
         self._guard = node.create_guard_condition(_nothing, self._group)
@@ -72,7 +72,7 @@ class WaitSetLoop:
         """
         Subscribe, before the first wait; return the number under which messages come.
 
-        Hot is what comes every period; all else waits for :data:`BRIEF` at most.
+        Hot is what comes every period; all else waits for :data:`HOT_POLL_PERIOD` at most.
         """
         if hot:
             self._hot.append(len(self._subscriptions))
@@ -86,7 +86,7 @@ class WaitSetLoop:
         """Return what publishes CDR bytes on a topic."""
         return self._node.create_publisher(message_type, topic, qos).handle.publish_raw
 
-    def publisher_where_heard(
+    def lazy_publisher(
         self, message_type: type, topic: str, qos: QoSProfile,
     ) -> Callable[[bytes], None]:
         """Return the same for what may have no subscription: the middleware is then spared it."""
@@ -109,7 +109,7 @@ class WaitSetLoop:
 
     def start(self) -> None:
         """Begin to serve everything else of the node, in a thread."""
-        self._serving = Serving(self._node)
+        self._serving = BackgroundExecutor(self._node)
 
     def close(self) -> None:
         """Serve no more."""
@@ -122,7 +122,7 @@ class WaitSetLoop:
 
     def wait(self, seconds: float) -> list[Message]:
         """
-        Wait for messages, a wake, or the time to pass; :data:`BRIEF` while hot messages flow.
+        Wait for messages, a wake, or the time; :data:`HOT_POLL_PERIOD` while hot messages flow.
 
         Parameters
         ----------
@@ -156,7 +156,7 @@ class WaitSetLoop:
                 if taken is not None:
                     messages.append((index, taken[0]))
         if messages and not self.asked and all(index in self._hot for index, _ in messages):
-            self._brief_until = time.monotonic() + BRIEF
+            self._brief_until = time.monotonic() + HOT_POLL_PERIOD
         return messages
 
     def _wait_briefly(self, wait_set: Any, seconds: float) -> list[Message]:

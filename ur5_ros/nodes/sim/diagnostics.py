@@ -3,7 +3,7 @@
 from typing import Any
 
 from ur5_ros.cdr.diagnostics import ERROR, OK, WARN
-from ur5_ros.nodes.ros.topics import deaf_to
+from ur5_ros.nodes.ros.topics import incompatible_publishers
 
 
 def check_publishers(sim: Any) -> None:
@@ -13,7 +13,7 @@ def check_publishers(sim: Any) -> None:
         found = sim.node.get_publishers_info_by_topic(topic)
         names[topic] = [(each.node_namespace.rstrip('/') + '/' + each.node_name)
                         for each in found]
-    deaf = deaf_to(sim.node, sim.topics)
+    deaf = incompatible_publishers(sim.node, sim.topics)
 
     def tell() -> None:
         sim.gate.publishers(names)

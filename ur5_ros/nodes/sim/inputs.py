@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, EffortReader, read_message
@@ -16,7 +16,7 @@ from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import HEARD, HOT, Topics
 from ur5_ros.nodes.sim.fast_step import PlainPeriod
 from ur5_ros.nodes.sim.services import StepQueue
-from ur5_ros.nodes.sim.simulation import Simulation, push
+from ur5_ros.nodes.sim.simulation import Simulation, set_wrench
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
 
@@ -97,7 +97,7 @@ class SimInputs:
             topic, record, take = self._heard[number]
             try:
                 take(topic, record, data)
-            except Refusal as error:
+            except InputError as error:
                 self.refusals.add(topic, 'malformed', str(error))
                 if len(data) <= MOST_RECORDED:
                     self._recording.write(record, data)
@@ -151,7 +151,7 @@ class SimInputs:
 
     def _take_wrench(self, topic: str, record: int, data: bytes) -> None:
         message = read_message('geometry_msgs/msg/WrenchStamped', data)
-        push(self._simulation.plant, message, self._prefix)
+        set_wrench(self._simulation.plant, message, self._prefix)
         self._recording.write(record, data)
         self._simulation.send_events(self._simulation.plant)
 

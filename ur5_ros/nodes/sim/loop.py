@@ -9,7 +9,7 @@ from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.sim.command_gate import CommandGate
 
 #: Longest wait before signals and services are looked at [s].
-GLANCE = 0.05
+POLL_PERIOD = 0.05
 #: In lockstep a state whose stamped answer stays away is sent again after this wall time [s]: our
 #: subscriptions are best effort, and a lost message must not cost a timeout.
 RESEND = 0.1
@@ -38,7 +38,7 @@ class SimLoop:
         self._inputs = inputs
         self._gate = gate
         self._lockstep = parameters['lockstep']
-        self._patience = min(GLANCE, parameters['lockstep_timeout'] or GLANCE)
+        self._patience = min(POLL_PERIOD, parameters['lockstep_timeout'] or POLL_PERIOD)
         self._reminded = 0.0
 
     def begin(self) -> None:
@@ -51,7 +51,7 @@ class SimLoop:
         """Take a period, or wait a moment for what lets it be taken."""
         simulation, inputs, gate = self._simulation, self._inputs, self._gate
         if not simulation.may_step:
-            inputs.receive(GLANCE)
+            inputs.receive(POLL_PERIOD)
             simulation.send_events(gate)
             return
         if inputs.stepped:  # a plain period has just gone out: there is nothing to decide
@@ -70,8 +70,8 @@ class SimLoop:
             simulation.outputs.state_again()
         else:
             wake = decision.wake
-            rest = GLANCE if wake is None else wake - time.monotonic()
-            if not inputs.receive(min(max(rest, 0.0), GLANCE)) and self._lockstep:
+            rest = POLL_PERIOD if wake is None else wake - time.monotonic()
+            if not inputs.receive(min(max(rest, 0.0), POLL_PERIOD)) and self._lockstep:
                 self._remind()
         simulation.send_events(gate)
 

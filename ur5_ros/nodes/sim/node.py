@@ -9,8 +9,8 @@ from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.config import SIM_PARAMETERS, arm_text
-from ur5_ros.errors import Refusal
-from ur5_ros.nodes.ros.background_executor import look_around
+from ur5_ros.errors import InputError
+from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
 from ur5_ros.nodes.ros.parameters import check_sections, declare
 from ur5_ros.nodes.ros.process import DONE, FAULT, LOSS, fault, freeze_garbage
@@ -47,7 +47,7 @@ class Simulator:
         check_sections(files, self.node.get_fully_qualified_name())
         parameters = self.parameters = declare(self.node, SIM_PARAMETERS)
         if self.node.get_parameter('use_sim_time').value:
-            raise Refusal('use_sim_time is true, but this node makes the time; leave it false')
+            raise InputError('use_sim_time is true, but this node makes the time; leave it false')
         self.stop = stop
         self.logger = self.node.get_logger()
         self.run_name = run_of(parameters['bag'], new_run_name)
@@ -73,7 +73,7 @@ class Simulator:
         self.publishers_conflict = False
         """Whether two nodes ever commanded the arm at once."""
         self.waiting_line = Throttle()
-        look_around(self.node, lambda: check_publishers(self))
+        poll_graph(self.node, lambda: check_publishers(self))
         loop.start()
         self._loop = loop
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.diagnostics import Throttle
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.sim.events import Event, event
@@ -122,7 +122,7 @@ class Simulation:
             self.logger.warning(f'{each.message} ({each.stamp * 1e-9:.3f} s)')
 
 
-def push(plant: Plant, message: dict[str, Any], prefix: str) -> None:
+def set_wrench(plant: Plant, message: dict[str, Any], prefix: str) -> None:
     """
     Apply a geometry_msgs/WrenchStamped to the tool.
 
@@ -145,8 +145,9 @@ def push(plant: Plant, message: dict[str, Any], prefix: str) -> None:
     frame = message['header']['frame_id']
     name = frame.removeprefix(prefix) or 'base'
     if name not in ('base', 'base_link', 'tool0') or frame and not frame.startswith(prefix):
-        raise Refusal(f'wrench in frame {frame[:60]!r}; give {prefix}base, {prefix}base_link or '
-                      f'{prefix}tool0')
+        raise InputError(f'wrench in frame {frame[:60]!r}; give {prefix}base, {prefix}base_link '
+                         'or '
+                         f'{prefix}tool0')
     force, torque = (np.array([message['wrench'][part][axis] for axis in 'xyz'])
                      for part in ('force', 'torque'))
     if name == 'tool0':

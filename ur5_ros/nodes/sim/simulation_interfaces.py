@@ -9,7 +9,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from ur5_ros.errors import Refusal
+from ur5_ros.errors import InputError
 
 #: simulation_interfaces/msg/SimulationState, field ``state``.
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
@@ -107,6 +107,6 @@ def _set_state(sim: Any, state: int) -> tuple[int, str]:
 def _done(sim: Any, work: Any) -> tuple[int, str]:
     try:
         sim.inputs.requests.call(work)
-    except Refusal as error:
+    except InputError as error:
         return FAILED, str(error)
     return OK, ''

@@ -52,7 +52,7 @@ class SimOutputs:
         self._publish_clock, self._clock_id = None, 0
         if parameters['publish_clock']:
             self._publish_clock, self._clock_id = topics.publisher(
-                'clock', '/clock', Clock, UNACKNOWLEDGED, for_onlookers=True)
+                'clock', '/clock', Clock, UNACKNOWLEDGED, lazy=True)
         self._send_truth = topics.sender('ground_truth', '~/ground_truth', JointState)
         self._send_event = topics.sender('events', '~/events', DiagnosticArray, ALL)
         self._send_diagnostics = topics.sender('diagnostics', '/diagnostics', DiagnosticArray)
