@@ -126,7 +126,7 @@ LIMITED = """
     import resource, sys
     import numpy, lz4.frame, zstandard
     from ur5_ros.bag.reader import open_bag
-    from ur5_ros.errors import Refusal
+    from ur5_ros.errors import InputError
     used = resource.getrusage(resource.RUSAGE_SELF).ru_utime
     resource.setrlimit(resource.RLIMIT_CPU, (int(used) + 3, int(used) + 4))
     try:
@@ -135,7 +135,7 @@ LIMITED = """
         for topic in bag.topics:
             bag.columns(topic)
         print(*bag.problems, sep='\\n')
-    except Refusal as refusal:
+    except InputError as refusal:
         print(refusal)
     status = open('/proc/self/status').read()  # ru_maxrss would begin with the parent's
     print(int(status.partition('VmHWM:')[2].split()[0]) // 1024)

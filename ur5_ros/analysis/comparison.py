@@ -82,7 +82,7 @@ def compare(a: Run, b: Run) -> Comparison:
 
     Raises
     ------
-    Refusal
+    InputError
         If they have no stamp in common.
 
     """

@@ -40,7 +40,7 @@ def laws_of(run: Run) -> list[Law]:
 
     Raises
     ------
-    Refusal
+    InputError
         If gains make no stable error equation.
 
     """

@@ -45,7 +45,7 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
 
     Raises
     ------
-    Refusal
+    InputError
         If the recording contradicts itself, such as gains that make no stable loop.
 
     """

@@ -198,7 +198,7 @@ def read_metadata(folder: Path) -> Information:
 
     Raises
     ------
-    BagProblem
+    BagError
         If it cannot be read, is of a newer version, or names a file twice or outside the folder.
 
     """

@@ -57,7 +57,7 @@ def load_playback(
 
     Raises
     ------
-    Refusal
+    InputError
         If there is no bag or no such topic, or nothing lies between start and stop.
 
     """

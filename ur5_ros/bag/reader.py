@@ -37,9 +37,9 @@ def open_bag(path: Path | str) -> 'Bag':
 
     Raises
     ------
-    BagProblem
+    BagError
         If nothing of it can be read.
-    Refusal
+    InputError
         If there is no such folder, or it needs a package that is not installed.
 
     """
@@ -154,9 +154,9 @@ class Bag:
 
         Raises
         ------
-        Refusal
+        InputError
             If there is no such topic.
-        BagProblem
+        BagError
             If its messages are not CDR, or its type is not defined as in ROS 2.
 
         """
@@ -196,9 +196,9 @@ class Bag:
 
         Raises
         ------
-        Refusal
+        InputError
             If the topic is not there or of another type.
-        BagProblem
+        BagError
             As :meth:`load`.
 
         """
@@ -216,7 +216,7 @@ class Bag:
 
         Raises
         ------
-        Refusal, BagProblem
+        InputError, BagError
             As :meth:`load`.
 
         """

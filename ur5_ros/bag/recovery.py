@@ -86,9 +86,9 @@ def recover(path: Path | str, out: Path | str | None = None) -> Recovery:
 
     Raises
     ------
-    BagProblem
+    BagError
         If nothing of it can be read.
-    Refusal
+    InputError
         If ``out`` exists with other content, or cannot be written.
 
     """

@@ -26,9 +26,9 @@ class RosbagsSource:
 
     Raises
     ------
-    Refusal
+    InputError
         If the storage is another one, or rosbags is not installed.
-    BagProblem
+    BagError
         If rosbags cannot open it.
 
     """

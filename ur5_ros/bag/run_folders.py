@@ -34,7 +34,7 @@ def bags_of_run(run: Path) -> list[Path]:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is no such folder, or no bag in it.
 
     """
@@ -57,7 +57,7 @@ def newest_run(bags: Path = BAGS) -> Path:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is none.
 
     """

@@ -27,9 +27,9 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
 
     Raises
     ------
-    BagProblem
+    BagError
         If nothing of it can be read.
-    Refusal
+    InputError
         If there is no such folder, or it needs a package that is not installed.
 
     """

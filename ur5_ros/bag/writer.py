@@ -51,7 +51,7 @@ class BagWriter:
 
     Raises
     ------
-    Refusal
+    InputError
         If the folder exists or cannot be made.
 
     """
@@ -99,7 +99,7 @@ class BagWriter:
 
         Raises
         ------
-        Refusal
+        InputError
             If the type is none of those recorded.
 
         """

@@ -43,7 +43,7 @@ def decode(type_name: str, data: bytes, definitions: Definitions | None = None) 
 
     Raises
     ------
-    BagProblem
+    BagError
         If the bytes are no such message: too short, too long, a length beyond their end, bad text.
 
     """

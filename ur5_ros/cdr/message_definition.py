@@ -51,7 +51,7 @@ def parse_definition(type_name: str, text: str) -> Definition:
 
     Raises
     ------
-    BagProblem
+    BagError
         If a line is no declaration.
 
     """
@@ -88,7 +88,7 @@ def parse_schema(type_name: str, text: str) -> dict[str, Definition]:
 
     Raises
     ------
-    BagProblem
+    BagError
         If the text is too large, cannot be read, lacks a dependency or contains itself.
 
     """

@@ -70,7 +70,7 @@ def definition(type_name: str) -> Definition:
 
     Raises
     ------
-    Refusal
+    InputError
         If the type is none of those recorded.
 
     """
@@ -100,7 +100,7 @@ def schema_text(type_name: str) -> str:
 
     Raises
     ------
-    Refusal
+    InputError
         If the type is none of those recorded.
 
     """
@@ -134,7 +134,7 @@ def type_hash(type_name: str) -> str:
 
     Raises
     ------
-    Refusal
+    InputError
         If the type is none of those recorded.
 
     """

@@ -82,7 +82,7 @@ def arm_text(name: str) -> str:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is no such arm.
 
     """
@@ -105,7 +105,7 @@ def load_arm(name: str) -> ArmParameters:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is no such arm, or its file has a missing, unknown or non-physical value.
 
     """
@@ -119,7 +119,7 @@ def parse_arm(text: str, source: str) -> ArmParameters:
 
     Raises
     ------
-    Refusal
+    InputError
         As :func:`load_arm`.
 
     """

@@ -126,7 +126,7 @@ def load_experiment(name: str) -> Experiment:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is no such experiment, or its file has a missing, unknown or wrong value.
 
     """
@@ -152,7 +152,7 @@ def parse_experiment(text: str, source: str) -> Experiment:
 
     Raises
     ------
-    Refusal
+    InputError
         As :func:`load_experiment`.
 
     """

@@ -137,7 +137,7 @@ def check(parameter: Parameter, value: Any) -> Any:
 
     Raises
     ------
-    Refusal
+    InputError
         If type, length, range or choice is wrong, or a number is not finite.
 
     """
@@ -170,7 +170,7 @@ def complete(parameters: tuple[Parameter, ...], given: Mapping[str, Any]) -> dic
 
     Raises
     ------
-    Refusal
+    InputError
         If a name is unknown or a value is refused by :func:`check`.
 
     """

@@ -47,7 +47,7 @@ def validate(schema: type[Some], data: Any, source: str) -> Some:
 
     Raises
     ------
-    Refusal
+    InputError
         Naming the first key that is missing, unknown or out of range, and what to give.
 
     """

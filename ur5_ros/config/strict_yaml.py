@@ -23,7 +23,7 @@ def config_folder() -> Path:
 
     Raises
     ------
-    Refusal
+    InputError
         If the installation has lost its share folder.
 
     """
@@ -109,7 +109,7 @@ def parse_yaml(text: str, source: str) -> Any:
 
     Raises
     ------
-    Refusal
+    InputError
         If it is no YAML, too large, too deep, or uses aliases, tags or doubled keys.
 
     """
@@ -137,7 +137,7 @@ def read_text(path: Path) -> str:
 
     Raises
     ------
-    Refusal
+    InputError
         If the file cannot be read, is too large or no text.
 
     """
@@ -157,7 +157,7 @@ def read_yaml(path: Path) -> Any:
 
     Raises
     ------
-    Refusal
+    InputError
         If the file cannot be read or is not strict YAML.
 
     """

@@ -42,7 +42,7 @@ def load_marks(path: str | Path = '') -> Marks:
 
     Raises
     ------
-    Refusal
+    InputError
         If the file cannot be read, or has an unknown mark or a value out of range.
 
     """

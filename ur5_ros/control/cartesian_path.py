@@ -97,7 +97,7 @@ def stamped_path(poses: np.ndarray, times: np.ndarray) -> StraightLines:
 
     Raises
     ------
-    Refusal
+    InputError
         If the times do not increase.
 
     """

@@ -45,7 +45,7 @@ def computed_torque(
 
     Raises
     ------
-    Refusal
+    InputError
         If an array is not of shape (6,), or a number is not finite.
 
     """

@@ -49,7 +49,7 @@ class Controller:
 
     Raises
     ------
-    Refusal
+    InputError
         If a parameter, the arm or the experiment is refused.
 
     """
@@ -94,7 +94,7 @@ class Controller:
 
         Raises
         ------
-        Refusal
+        InputError
             If the state cannot be answered: it is not finite and nothing came before it, or too
             many in a row were not believed.
 
@@ -203,7 +203,7 @@ class Controller:
 
         Raises
         ------
-        Refusal
+        InputError
             If one is unknown, not live, or its value is refused.
 
         """

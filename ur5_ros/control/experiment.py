@@ -89,7 +89,7 @@ def experiment_trajectory(
 
     Raises
     ------
-    Refusal
+    InputError
         If a sample is out of reach, too near a singularity or beyond a joint limit.
 
     """

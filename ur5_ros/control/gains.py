@@ -35,7 +35,7 @@ def gains_from(kp: Sequence[float] | float, kd: Sequence[float] | float) -> Gain
 
     Raises
     ------
-    Refusal
+    InputError
         If a number is not finite, a matrix is not symmetric positive definite, or
         e'' + Kd e' + Kp e = 0 is not stable.
 

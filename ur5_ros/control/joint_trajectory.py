@@ -103,7 +103,7 @@ def joint_spline(
 
     Raises
     ------
-    Refusal
+    InputError
         If the takeover would jump, or a joint would go beyond a limit.
 
     """
@@ -159,7 +159,7 @@ def check_points(
 
     Raises
     ------
-    Refusal
+    InputError
         If there are no points, times do not strictly increase, an array has a wrong length or a
         number that is not finite, efforts are given, the last velocity is not zero (unless
         allowed), or the end lies in the past.

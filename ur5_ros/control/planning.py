@@ -56,7 +56,7 @@ def plan_joints(
 
     Raises
     ------
-    Refusal
+    InputError
         If names or positions are wrong, or a joint would go beyond a limit.
 
     """
@@ -86,7 +86,7 @@ def plan_pose(settings: Settings, start: Reference, pose: np.ndarray, frame: str
 
     Raises
     ------
-    Refusal
+    InputError
         If the frame is unknown, the pose out of reach, too far for ``max_joint_jump``, or a joint
         would go beyond a limit.
 
@@ -129,7 +129,7 @@ def plan_trajectory(
 
     Raises
     ------
-    Refusal
+    InputError
         See :func:`~ur5_ros.control.joint_trajectory.check_points` and
         :func:`~ur5_ros.control.joint_trajectory.joint_spline`.
 
@@ -170,7 +170,7 @@ def plan_path(
 
     Raises
     ------
-    Refusal
+    InputError
         If a pose is wrong, stamps do not increase, or a sample is out of reach, near a
         singularity, off the branch or beyond a joint limit.
 
@@ -226,7 +226,7 @@ def plan_experiment(
 
     Raises
     ------
-    Refusal
+    InputError
         If there is none.
 
     """

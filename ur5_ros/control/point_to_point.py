@@ -69,7 +69,7 @@ def point_to_point(
 
     Raises
     ------
-    Refusal
+    InputError
         If the target, or the way there from the present speed, lies beyond a joint limit.
 
     """

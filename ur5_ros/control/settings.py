@@ -64,7 +64,7 @@ def settings_from(
 
     Raises
     ------
-    Refusal
+    InputError
         If the gains are not stable, or held torques would shake the arm in the mode.
 
     """
@@ -114,7 +114,7 @@ def check_sampled(mode: str, gains: Gains, arm: ArmParameters, control_rate: int
 
     Raises
     ------
-    Refusal
+    InputError
         Naming the joint and, in the modes without M, the largest damping that it stands.
 
     """
@@ -158,7 +158,7 @@ def changed(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[s
 
     Raises
     ------
-    Refusal
+    InputError
         If a name is unknown, only read at the start, or a value is wrong.
 
     """

@@ -59,7 +59,7 @@ class StateValidator:
 
         Raises
         ------
-        Refusal
+        InputError
             If there is nothing to answer with: the first state, or too many in a row, are not
             believed.
 

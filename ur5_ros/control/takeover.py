@@ -58,7 +58,7 @@ def plan_autostart(settings: Settings, start: Reference, experiment: ExperimentT
 
     Raises
     ------
-    Refusal
+    InputError
         If there is no way to its beginning within the limits.
 
     """

@@ -37,7 +37,7 @@ def joint_order(names: Sequence[str], prefix: str = '') -> list[int]:
 
     Raises
     ------
-    Refusal
+    InputError
         If a joint is missing, unknown or doubled.
 
     """
@@ -75,7 +75,7 @@ def joint_values(what: str, values: Sequence[float], order: Sequence[int]) -> np
 
     Raises
     ------
-    Refusal
+    InputError
         If there are not six, or one is not finite.
 
     """
@@ -105,7 +105,7 @@ def pose_matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.nd
 
     Raises
     ------
-    Refusal
+    InputError
         If a number is not finite, or the norm is not one (the message names it).
 
     """
@@ -148,7 +148,7 @@ def in_base(transform: np.ndarray, frame: str, prefix: str = '') -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If the frame is another, or the matrix is no finite rigid transform.
 
     """
@@ -200,7 +200,7 @@ def solve_pose(
 
     Raises
     ------
-    Refusal
+    InputError
         If the pose is out of reach, or its nearest solution further than ``max_joint_jump``.
 
     """

@@ -104,7 +104,7 @@ def resolve_tolerances(
 
     Raises
     ------
-    Refusal
+    InputError
         If a joint is unknown, or a number is neither -1 nor zero or more.
 
     """

@@ -102,7 +102,7 @@ def follow(
 
     Raises
     ------
-    Refusal
+    InputError
         Naming the first sample that is out of reach, too near a singularity, on no single
         branch, or beyond a joint limit in position or speed.
 
@@ -160,7 +160,7 @@ def tool_motion(
 
     Raises
     ------
-    Refusal
+    InputError
         As :func:`follow`.
 
     """
@@ -211,7 +211,7 @@ def check_limits(reference: Reference, times: np.ndarray, arm: ArmParameters) ->
 
     Raises
     ------
-    Refusal
+    InputError
         Naming the first sample beyond a limit, the joint, the value and the limit.
 
     """

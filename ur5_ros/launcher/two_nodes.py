@@ -42,7 +42,7 @@ def run_two_nodes(
 
     Raises
     ------
-    Refusal
+    InputError
         If a node ends early or nothing moves for two minutes; its own last line is in it.
 
     """

@@ -35,7 +35,7 @@ def run_closed_loop(plan: Plan, folder: Path | None = None) -> LoopRun:
 
     Raises
     ------
-    Refusal
+    InputError
         If a parameter is refused, or the folder exists.
 
     """

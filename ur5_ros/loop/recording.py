@@ -87,7 +87,7 @@ def record(run: LoopRun, folder: Path) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If a bag exists or cannot be made.
 
     """

@@ -70,7 +70,7 @@ def resimulate(run: Run) -> Repetition:
 
     Raises
     ------
-    Refusal
+    InputError
         If it holds no simulator, or states are missing from it.
 
     """
@@ -108,7 +108,7 @@ def recontrol(run: Run) -> Repetition:
 
     Raises
     ------
-    Refusal
+    InputError
         If it holds no controller or no commands.
 
     """

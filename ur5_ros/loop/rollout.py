@@ -40,7 +40,7 @@ def rollout(plan: Plan) -> LoopRun | None:
 
     Raises
     ------
-    Refusal
+    InputError
         As :class:`~ur5_ros.sim.plant.Plant` and :class:`~ur5_ros.control.controller.Controller`.
 
     """

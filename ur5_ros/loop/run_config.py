@@ -62,7 +62,7 @@ def run_config(
 
     Raises
     ------
-    Refusal
+    InputError
         If a name is unknown, a value out of range, or the rates do not divide.
 
     """
@@ -95,7 +95,7 @@ def check_rates(control_rate: int, physics_rate: int) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         Naming the nearest rates that divide.
 
     """

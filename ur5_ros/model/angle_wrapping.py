@@ -34,7 +34,7 @@ def turns_within_limits(
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """
@@ -67,7 +67,7 @@ def limits_of_model(arm: ArmParameters, limits: Limits | None) -> tuple[np.ndarr
 
     Raises
     ------
-    Refusal
+    InputError
         If the limits are not six numbers each, or a lower one is above the upper.
 
     """

@@ -39,7 +39,7 @@ def inertia_matrix(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """
@@ -73,7 +73,7 @@ def coriolis_matrix(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.nda
 
     Raises
     ------
-    Refusal
+    InputError
         If an argument has another shape or holds a number that is not finite.
 
     """
@@ -100,7 +100,7 @@ def gravity_torque(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """
@@ -133,7 +133,7 @@ def dynamics_terms(
 
     Raises
     ------
-    Refusal
+    InputError
         If an argument has another shape or holds a number that is not finite.
 
     """
@@ -170,7 +170,7 @@ def inverse_dynamics(
 
     Raises
     ------
-    Refusal
+    InputError
         If an argument has another shape or holds a number that is not finite.
 
     """
@@ -207,7 +207,7 @@ def forward_dynamics(
 
     Raises
     ------
-    Refusal
+    InputError
         If an argument has another shape or holds a number that is not finite.
 
     """

@@ -26,7 +26,7 @@ def kinetic_energy(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndar
 
     Raises
     ------
-    Refusal
+    InputError
         If an argument has another shape or holds a number that is not finite.
 
     """
@@ -54,7 +54,7 @@ def potential_energy(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """

@@ -86,7 +86,7 @@ def inverse_kinematics(
 
     Raises
     ------
-    Refusal
+    InputError
         If ``T`` is no rigid transform or a number is not finite.
 
     """
@@ -131,7 +131,7 @@ def inverse_kinematics_batch(
 
     Raises
     ------
-    Refusal
+    InputError
         If a pose is no rigid transform or a number is not finite.
 
     """
@@ -175,7 +175,7 @@ def nearest_solution(
 
     Raises
     ------
-    Refusal
+    InputError
         If the pose is out of reach, no rigid transform, or the limits exclude every branch.
 
     """
@@ -212,7 +212,7 @@ def branch_of(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """

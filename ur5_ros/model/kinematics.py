@@ -37,7 +37,7 @@ def forward_kinematics(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """
@@ -70,7 +70,7 @@ def link_transforms(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """
@@ -97,7 +97,7 @@ def jacobian(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """
@@ -128,7 +128,7 @@ def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarr
 
     Raises
     ------
-    Refusal
+    InputError
         If an argument has another shape or holds a number that is not finite.
 
     """
@@ -161,7 +161,7 @@ def singularity_factors(
 
     Raises
     ------
-    Refusal
+    InputError
         If ``q`` has another shape or holds a number that is not finite.
 
     """

@@ -43,7 +43,7 @@ def follow_path(
 
     Raises
     ------
-    Refusal
+    InputError
         If a pose is no rigid transform, out of reach, or reached only outside the limits or by a
         jump; the message names the pose.
 

@@ -14,7 +14,7 @@ def single_pose(T: np.ndarray) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If it is not one, or a number is not finite.
 
     """
@@ -35,7 +35,7 @@ def check_pose(T: np.ndarray) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If a number is not finite, the last row is not (0, 0, 0, 1) or the rest no rotation.
 
     """

@@ -75,7 +75,7 @@ def dynamics_regressor(
 
     Raises
     ------
-    Refusal
+    InputError
         If an argument has another shape or holds a number that is not finite.
 
     """

@@ -36,7 +36,7 @@ def write_code(formulas: Any, language: str) -> str:
 
     Raises
     ------
-    Refusal
+    InputError
         If the language is another one.
 
     """

@@ -45,7 +45,7 @@ def replay(
 
     Raises
     ------
-    Refusal
+    InputError
         If a message type is not installed.
 
     """

@@ -36,7 +36,7 @@ class BulletArm:
 
     Raises
     ------
-    Refusal
+    InputError
         If the arm has a link without a tensor, or there is no display for the window.
 
     """

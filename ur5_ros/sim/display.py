@@ -15,7 +15,7 @@ def check_display() -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If this is Linux and the X server that DISPLAY names cannot be reached.
 
     """

@@ -58,7 +58,7 @@ def check_initial_state(arm: ArmParameters, positions: list[float]) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If a position is outside the arm's limits.
 
     """
@@ -76,7 +76,7 @@ def check_rates(control_rate: int, physics_rate: int) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         Naming the nearest rates that fit.
 
     """

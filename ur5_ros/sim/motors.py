@@ -40,7 +40,7 @@ class Motors:
 
         Raises
         ------
-        Refusal
+        InputError
             If it is something else.
 
         """

@@ -30,7 +30,7 @@ def plant_from_parameters(parameters: Mapping[str, Any]) -> 'Plant':
 
     Raises
     ------
-    Refusal
+    InputError
         As :func:`ur5_ros.config.load_arm` and :class:`Plant`.
 
     """
@@ -60,7 +60,7 @@ class Plant:
 
     Raises
     ------
-    Refusal
+    InputError
         If the rates do not fit, the arm cannot be simulated or starts beyond a stop.
 
     """
@@ -126,7 +126,7 @@ class Plant:
 
         Raises
         ------
-        Refusal
+        InputError
             If the command is not six finite numbers.
 
         """
@@ -201,7 +201,7 @@ class Plant:
 
         Raises
         ------
-        Refusal
+        InputError
             If there is no such parameter, it cannot change while the plant runs, or the value
             is out of range.
 
@@ -224,7 +224,7 @@ class Plant:
 
         Raises
         ------
-        Refusal
+        InputError
             If the frame is another or a number is not finite.
 
         """

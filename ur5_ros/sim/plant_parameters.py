@@ -35,7 +35,7 @@ class PlantParameters:
 
         Raises
         ------
-        Refusal
+        InputError
             If there is no such parameter, it cannot change while the plant runs, or the value
             is out of range.
 
@@ -52,7 +52,7 @@ class PlantParameters:
 
         Raises
         ------
-        Refusal
+        InputError
             If the frame is not ``base`` or ``base_link``, or a number is not finite.
 
         """

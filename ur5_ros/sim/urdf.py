@@ -48,7 +48,7 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
 
     Raises
     ------
-    Refusal
+    InputError
         If a link of the arm is a point mass, or the prefix is no ROS name.
 
     """

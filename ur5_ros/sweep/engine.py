@@ -40,7 +40,7 @@ def run_sweep(
 
     Raises
     ------
-    Refusal
+    InputError
         If nobody answers at the address, a scheduler that went away does not come back, or
         another sweep works in the folder.
 

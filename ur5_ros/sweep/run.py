@@ -52,7 +52,7 @@ def plan_of(spec: SweepSpec, run: RunSpec) -> Plan:
 
     Raises
     ------
-    Refusal
+    InputError
         Naming the key, if it is unknown or its value cannot run.
 
     """
@@ -193,7 +193,7 @@ def check_success(spec: SweepSpec) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         Naming it.
 
     """

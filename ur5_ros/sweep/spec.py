@@ -75,7 +75,7 @@ def load_sweep(name: str) -> SweepSpec:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is none, or a key is unknown or a range empty.
 
     """

@@ -33,7 +33,7 @@ class SweepFolder:
 
     Raises
     ------
-    Refusal
+    InputError
         If the folder holds another sweep.
 
     """
@@ -61,7 +61,7 @@ class SweepFolder:
 
         Raises
         ------
-        Refusal
+        InputError
             If one is at work in it.
 
         """
@@ -120,7 +120,7 @@ def open_sweep(path: Path) -> SweepFolder:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is no sweep in it.
 
     """

@@ -48,7 +48,7 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
 
     Raises
     ------
-    Refusal
+    InputError
         If the number is less than one.
 
     """
@@ -92,7 +92,7 @@ def connected(address: str, patience: float = WORKER_TIMEOUT) -> Iterator[Client
 
     Raises
     ------
-    Refusal
+    InputError
         If nobody answers there.
 
     """

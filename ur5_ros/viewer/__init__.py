@@ -25,7 +25,7 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If the viewer is not installed, the port is none, or the run cannot be read.
 
     """

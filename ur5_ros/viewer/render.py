@@ -34,7 +34,7 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
 
     Raises
     ------
-    Refusal
+    InputError
         If the ending is unknown, the file exists, or the run cannot be read.
 
     """

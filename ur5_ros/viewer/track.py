@@ -126,7 +126,7 @@ def track(run: Run, tree: UrdfTree, rows: int = 1500) -> Track:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is nothing to show.
 
     """

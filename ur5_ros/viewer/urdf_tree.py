@@ -59,7 +59,7 @@ def parse_urdf(text: str) -> UrdfTree:
 
     Raises
     ------
-    Refusal
+    InputError
         If the text is no URDF with one root.
 
     """

@@ -61,7 +61,7 @@ def open_sources(folder: Path) -> tuple[list[Source], list[str]]:
 
     Raises
     ------
-    Refusal
+    InputError
         If nothing can be read, the bags belong to different runs, or one contradicts itself.
 
     """
@@ -226,7 +226,7 @@ def events_of(source: Source) -> Iterator[Event]:
 
     Raises
     ------
-    Refusal
+    InputError
         If one cannot be understood.
 
     """

@@ -39,7 +39,7 @@ def load_run(
 
     Raises
     ------
-    Refusal
+    InputError
         If nothing can be judged: no bag, no states, other joints, bags of different runs.
 
     """

@@ -70,7 +70,7 @@ def import_log(log: Path, out: Path, arm: str = 'ur5_controller') -> list[str]:
 
     Raises
     ------
-    Refusal
+    InputError
         If the log lacks columns, holds what is no number, or its time does not increase.
 
     """
@@ -98,7 +98,7 @@ def read_log(log: Path) -> RobotLog:
 
     Raises
     ------
-    Refusal
+    InputError
         As :func:`import_log`.
 
     """

@@ -17,7 +17,7 @@ def write_arm(found: Identified, path: Path | str) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If the file exists or cannot be written.
 
     """

@@ -111,7 +111,7 @@ def identify(
 
     Raises
     ------
-    Refusal
+    InputError
         If no arm is known, torques are not recorded, or the motion does not tell the parameters.
 
     """

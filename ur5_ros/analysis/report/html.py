@@ -28,7 +28,7 @@ def write_html(result: Result, path: str | Path) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If the file cannot be written.
 
     """

@@ -32,7 +32,7 @@ class TopicInfo(NamedTuple):
 
         Raises
         ------
-        BagProblem
+        BagError
             If the encoding is not CDR, the schema cannot be read, or it defines a type that is
             recorded otherwise than ROS 2 does.
 
@@ -83,7 +83,7 @@ class FileDefinitions:
 
         Raises
         ------
-        BagProblem
+        BagError
             If the record is damaged.
 
         """

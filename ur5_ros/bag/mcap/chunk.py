@@ -134,7 +134,7 @@ def decompress(compression: str, data: memoryview, size: int, source: str) -> by
 
     Raises
     ------
-    BagProblem
+    BagError
         If it is of another size than it says, or cannot be decompressed.
 
     """
@@ -174,7 +174,7 @@ def open_chunk(content: bytes | memoryview, source: str, limit: int = MAX_RECORD
 
     Raises
     ------
-    BagProblem
+    BagError
         If it is damaged, too large or differs from its CRC; a CRC of zero means none was kept.
 
     """

@@ -64,7 +64,7 @@ class McapSource:
 
     Raises
     ------
-    BagProblem
+    BagError
         If the file cannot be opened or is no MCAP file.
 
     """

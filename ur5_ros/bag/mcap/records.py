@@ -59,7 +59,7 @@ def parse_record(kind: Any, content: bytes, source: str) -> Any:
 
     Raises
     ------
-    BagProblem
+    BagError
         If the content is too short or too long, or holds text that is not UTF-8.
 
     """

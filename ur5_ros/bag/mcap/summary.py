@@ -31,7 +31,7 @@ class Summary(NamedTuple):
 
         Raises
         ------
-        BagProblem
+        BagError
             If an index record is damaged.
 
         """
@@ -62,7 +62,7 @@ def read_summary(file: BinaryIO, path: Path, size: int,
 
     Raises
     ------
-    BagProblem
+    BagError
         If there is a summary and it is damaged.
 
     """

@@ -19,7 +19,7 @@ def finite_array(name: str, value: Any, tail: tuple[int, ...]) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InputError
         If it holds no real numbers, has another shape, or a number is not finite.
 
     """
@@ -62,7 +62,7 @@ def apply(kernel: Kernel, arguments: Sequence[Argument], shared: Sequence[Any],
 
     Raises
     ------
-    Refusal
+    InputError
         If an argument is refused by :func:`finite_array`, or leading shapes do not match.
 
     """

@@ -79,7 +79,7 @@ class ControlCycle:
 
         Raises
         ------
-        Refusal
+        InputError
             If it cannot be answered.
 
         """

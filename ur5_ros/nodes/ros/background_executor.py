@@ -49,7 +49,7 @@ class LoopRequests:
 
         Raises
         ------
-        Refusal
+        InputError
             If the work is refused, or the loop does not get round to it.
 
         """
@@ -165,7 +165,7 @@ def add_service(
     name : str
         Such as ``~/pause``.
     answer : callable
-        Gets the request, returns the message of a success; raises Refusal.
+        Gets the request, returns the message of a success; raises InputError.
 
     """
     def handle(request: Any, response: Any) -> Any:

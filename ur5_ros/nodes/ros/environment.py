@@ -66,7 +66,7 @@ def check_environment(environment: Mapping[str, str] | None = None) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If the domain id is none, security is asked for in the mode that falls back to none, the
         network profile cannot be read (all interfaces would be open), the middleware is not
         there, a name of a peer is none, or a word is none of those that there are.

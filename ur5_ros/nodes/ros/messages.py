@@ -36,7 +36,7 @@ def read_message(type_name: str, data: bytes) -> dict[str, Any]:
 
     Raises
     ------
-    Refusal
+    InputError
         If it is, or if its bytes are damaged.
 
     """
@@ -56,7 +56,7 @@ def order_of(names: Sequence[str], wanted: Sequence[str]) -> list[int]:
 
     Raises
     ------
-    Refusal
+    InputError
         If a name is missing, unknown or doubled.
 
     """
@@ -79,7 +79,7 @@ def six(values: Any, what: str, order: Sequence[int] | None = None) -> np.ndarra
 
     Raises
     ------
-    Refusal
+    InputError
         If there are not six, or one is not finite.
 
     """
@@ -116,7 +116,7 @@ class EffortReader:
 
         Raises
         ------
-        Refusal
+        InputError
             If the message is damaged or too large.
 
         """
@@ -151,7 +151,7 @@ class StateReader:
 
         Raises
         ------
-        Refusal
+        InputError
             If the message is damaged, too large, or lacks a joint, a position or a velocity.
 
         """

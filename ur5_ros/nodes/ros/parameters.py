@@ -39,7 +39,7 @@ def declare(node: Node, parameters: Sequence[Parameter]) -> dict[str, Any]:
 
     Raises
     ------
-    Refusal
+    InputError
         If a given one is unknown or its value is refused.
 
     """
@@ -66,7 +66,7 @@ def serve(
     parameters : sequence of Parameter
         The same as declared.
     change : callable
-        Takes checked values by name into effect, all or none; raises Refusal.
+        Takes checked values by name into effect, all or none; raises InputError.
 
     """
     known = {each.name: each for each in parameters}
@@ -141,7 +141,7 @@ def read_files(arguments: Sequence[str]) -> dict[str, Any]:
 
     Raises
     ------
-    Refusal
+    InputError
         If one cannot be read, or is no strict YAML with sections.
 
     """
@@ -166,7 +166,7 @@ def check_sections(files: Mapping[str, Any], node_name: str) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If a file has no section for the node.
 
     """

@@ -34,7 +34,7 @@ def pin_to_core(core: str) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If there is no such core for this process.
 
     """

@@ -94,7 +94,7 @@ class Recording:
 
         Raises
         ------
-        Refusal
+        InputError
             If the folder exists or cannot be made.
 
         """
@@ -154,7 +154,7 @@ def refuse_folder(where: str) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If it does.
 
     """
@@ -170,7 +170,7 @@ def run_of(where: str, new_name: Callable[[], str]) -> str:
 
     Raises
     ------
-    Refusal
+    InputError
         If the folder exists.
 
     """

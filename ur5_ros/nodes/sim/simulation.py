@@ -138,7 +138,7 @@ def set_wrench(plant: Plant, message: dict[str, Any], prefix: str) -> None:
 
     Raises
     ------
-    Refusal
+    InputError
         If the frame is another or a number is not finite.
 
     """
