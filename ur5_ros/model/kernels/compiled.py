@@ -173,7 +173,7 @@ def _sources() -> str:
     digest = sha256()
     for path in sorted(Path(__file__).parent.glob('*.py')):
         text = path.read_bytes()
-        if path.name in ('compiled.py', 'lumped.py') or b'\n@inlined' in text or (
+        if path.name in ('compiled.py', 'base_parameters.py') or b'\n@inlined' in text or (
                 b'\n@kernel' in text):
             digest.update(text)
     return digest.hexdigest()
