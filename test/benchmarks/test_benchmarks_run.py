@@ -7,6 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from ros_processes import wait_until
+
+from ur5_ros.launcher.node_processes import private_environment
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / 'benchmarks'
@@ -33,6 +36,20 @@ def test_a_quick_benchmark_prints_its_table_and_keeps_nothing(name):
 def test_every_benchmark_has_a_quick_mode():
     for script in FOLDER.glob('bench_*.py'):
         assert '--quick' in run(script.name, '--help'), script.name
+
+
+def test_a_ping_pong_that_is_killed_leaves_no_process_behind():
+    ping = subprocess.Popen([sys.executable, str(FOLDER / 'ping_pong.py'), '--how', 'wait_set',
+                             '--trips', '1000000'], stdout=subprocess.DEVNULL,
+                            env=private_environment())
+    try:
+        children = Path(f'/proc/{ping.pid}/task/{ping.pid}/children')
+        wait_until(lambda: children.read_text().split(), 60)
+        pong = Path('/proc') / children.read_text().split()[0]
+    finally:
+        ping.kill()
+        ping.wait()
+    wait_until(lambda: not pong.exists(), 30)
 
 
 def test_the_page_names_every_figure_and_every_miss(tmp_path):
