@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from side_by_side import Row, arguments, interleave, publish
 
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import Controller, controller_from_parameters
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
@@ -55,7 +55,8 @@ def off_grid(controller: Controller) -> None:
 
 def work(ask: Callable[[Controller], None]) -> float:
     """Return the median work of one period [s]; planning is spread over the periods."""
-    controller = Controller({'experiment': 'kebria_fig11'}, 7 if ask is off_grid else RATE)
+    controller = controller_from_parameters({'experiment': 'kebria_fig11'},
+                                            7 if ask is off_grid else RATE)
     zero = np.zeros(6)
     states = [ArmState(stamp_of_period(k, RATE), START.copy(), zero.copy(), zero)
               for k in range(1, PERIODS + 2)]

@@ -17,7 +17,7 @@ from two_nodes_recorded import per_second, run
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.fixed_messages import FixedJointState, FixedTrajectoryPoint, encode_stamp
 from ur5_ros.control.computed_torque import computed_torque
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.gains import gains_from
 from ur5_ros.launcher.node_processes import last_core, private_environment
 from ur5_ros.loop.run_config import Plan, run_config
@@ -64,7 +64,8 @@ class Laps:
 def parts_of_a_period(plan: Plan, periods: int, publish_bytes, take) -> dict[str, float]:
     """Return the processor time of each part of a period [s], both nodes together."""
     lap = Laps()
-    plant, controller = plant_from_parameters(plan.sim), Controller(plan.control, 1000)
+    plant = plant_from_parameters(plan.sim)
+    controller = controller_from_parameters(plan.control, 1000)
     gate = CommandGate(JOINT_NAMES, plan.sim, time.monotonic)
     states = FixedJointState(JOINT_NAMES)
     commands = FixedJointState(JOINT_NAMES, fields=('effort',))

@@ -7,7 +7,7 @@ import pytest
 
 from ur5_ros.analysis.data.run import Change, Event, Run, Side, States
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
@@ -92,7 +92,8 @@ def stepped():
             steer=None, **given):
         plan = run_config(experiment=experiment, arm='ur5_real', duration=duration, **given)
         rate = plan.sim['control_rate']
-        plant, law = Plant(load_arm('ur5_real'), plan.sim), Controller(plan.control, rate)
+        plant = Plant(load_arm('ur5_real'), plan.sim)
+        law = controller_from_parameters(plan.control, rate)
         states, truths, answers, events, changes = [], [], [], [], []
         state = plant.state
         try:

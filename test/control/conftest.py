@@ -3,7 +3,7 @@ import pytest
 from hypothesis import settings
 
 from ur5_ros.config import load_arm
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.model.dynamics import forward_dynamics
 from ur5_ros.signals import ArmState, stamp_of_period
 
@@ -80,7 +80,7 @@ def holding(ur5):
     """Return a controller that holds an arm, and the arm, after its first period."""
 
     def make(q, rate=500, **parameters):
-        controller = Controller({name.replace('__', '.'): value
+        controller = controller_from_parameters({name.replace('__', '.'): value
                                  for name, value in parameters.items()}, rate)
         plant = ExactArm(controller.arm, rate, q)
         go(controller, plant, 1)

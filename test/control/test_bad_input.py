@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ur5_ros.config.parameters import CONTROL_PARAMETERS
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.control.tolerances import JointTolerance
@@ -30,7 +30,7 @@ tolerances = st.lists(st.builds(JointTolerance, st.sampled_from([*JOINT_NAMES, '
 
 def asked(wish):
     """Ask a controller that holds; check that it answers all the same."""
-    controller = Controller({}, 500)
+    controller = controller_from_parameters({}, 500)
     controller.update(ArmState(2_000_000, HOME, ZERO, ZERO))
     before = controller.status()['refused_inputs']
     refused = False
@@ -103,7 +103,7 @@ def test_any_parameter(name, value):
 @settings(max_examples=80)
 @given(st.lists(st.tuples(st.integers(0, 3_000_000_000), six, six), min_size=1, max_size=8))
 def test_any_sequence_of_states(rows):
-    controller = Controller({'experiment': '', 'max_state_jump': 0.5}, 500)
+    controller = controller_from_parameters({'experiment': '', 'max_state_jump': 0.5}, 500)
     for stamp, q, qd in rows:
         state = ArmState(stamp, np.array(q), np.array(qd), ZERO)
         try:

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import list_experiments, load_experiment
 from ur5_ros.config.parameters import SIM_PARAMETERS, complete
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.model.dynamics import gravity_torque, inertia_matrix
 from ur5_ros.sim.plant import plant_from_parameters
@@ -34,7 +34,7 @@ def sampled_error(run, h, kp=10.0, kd=10.0):
 
 
 def paper_run(rate, close_loop, exact_arm, control_arm='ur5', arm='ur5'):
-    controller = Controller(
+    controller = controller_from_parameters(
         {'arm': control_arm, 'experiment': 'kebria_fig11', 'autostart': True}, rate)
     begin = initial_positions(load_experiment('kebria_fig11'), controller.arm)
     return close_loop(controller, exact_arm(load_arm(arm), rate, begin), round(SECONDS * rate))
@@ -66,7 +66,7 @@ def test_table_one_controls_the_manufacturers_arm_but_for_its_digit_swap(close_l
     # wrist 1 weighs so little that this is 12 mrad
     law, arm = load_arm('ur5_kebria2016'), load_arm('ur5')
     begin = np.deg2rad([20.0, -75.0, 90.0, -105.0, -80.0, 15.0])
-    controller = Controller({'arm': law.name}, 500)
+    controller = controller_from_parameters({'arm': law.name}, 500)
     run = close_loop(controller, exact_arm(arm, 500, begin), 6000)
     q = run.q[-1]
     surplus = gravity_torque(q + law.angle_offset, law) - gravity_torque(q, arm)
@@ -76,7 +76,7 @@ def test_table_one_controls_the_manufacturers_arm_but_for_its_digit_swap(close_l
 
 
 def test_started_on_the_path_the_arm_stays_on_it(close_loop, exact_arm):
-    controller = Controller({'experiment': 'multi_sine', 'autostart': True}, 1000)
+    controller = controller_from_parameters({'experiment': 'multi_sine', 'autostart': True}, 1000)
     begin = controller.experiment.motion.at(0).q
     run = close_loop(controller, exact_arm(controller.arm, 1000, begin), 4000)
     assert np.abs(run.error).max() < 5e-4  # the hold lag of one period
@@ -85,8 +85,8 @@ def test_started_on_the_path_the_arm_stays_on_it(close_loop, exact_arm):
 
 @pytest.mark.parametrize('name', list_experiments())
 def test_every_experiment_runs_to_its_end_within_the_limits(name, close_loop, exact_arm):
-    controller = Controller({'experiment': name, 'autostart': True, 'kp': [100.0], 'kd': [20.0]},
-                            125)
+    controller = controller_from_parameters(
+        {'experiment': name, 'autostart': True, 'kp': [100.0], 'kd': [20.0]}, 125)
     spec = load_experiment(name)
     plant = exact_arm(controller.arm, 125, initial_positions(spec, controller.arm))
     run = close_loop(controller, plant, round((spec.duration + 6.0) * 125))
@@ -106,7 +106,8 @@ def test_a_run_repeats_to_the_last_bit(close_loop, exact_arm):
 def test_in_the_simulator_the_same_holds_at_every_rate(close_loop):
     worst = {}
     for rate in (250, 500, 1000, 2000):
-        controller = Controller({'experiment': 'kebria_fig11', 'autostart': True}, rate)
+        controller = controller_from_parameters(
+            {'experiment': 'kebria_fig11', 'autostart': True}, rate)
         begin = initial_positions(load_experiment('kebria_fig11'), controller.arm)
         plant = plant_from_parameters(complete(SIM_PARAMETERS, {
             'initial_positions': begin.tolist(), 'control_rate': rate, 'physics_rate': rate}))

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import Controller, controller_from_parameters
 from ur5_ros.control.gains import gains_from
 from ur5_ros.control.law import effort_scale, torque_of, within_limits
 from ur5_ros.errors import InputError
@@ -57,7 +57,7 @@ def test_with_gravity_added_by_the_robot_the_limit_holds_for_the_sum(total, adde
 def test_in_the_convention_without_gravity_m_a_and_c_qd_are_sent():
     arm = load_arm('ur5')
     state = ArmState(2_000_000, HOME, ZERO + 0.3, ZERO)
-    whole, rest = (Controller({'effort_convention': name}, 500).update(state).torque
+    whole, rest = (Controller(arm, {'effort_convention': name}, 500).update(state).torque
                    for name in ('total', 'gravity_excluded'))
     assert_allclose(whole.total - rest.total, gravity_torque(HOME, arm), atol=1e-12)
     assert_allclose(rest.total, rest.inertial + rest.feedback + rest.coriolis, atol=1e-12)
@@ -135,12 +135,13 @@ def test_damping_that_a_held_torque_turns_into_shaking_is_refused_with_what_it_s
     # wrist 3 of the paper's arm has no rotor: 1e-4 kg m^2 stand 2 M / h = 0.2 N m s/rad
     words = r'kd of wrist_3_joint is 10 N m s/rad; for arm ur5 give at most about \[.*, 0\.1\]'
     with pytest.raises(InputError, match=words):
-        Controller({'mode': 'gravity_pd'}, 1000)
+        controller_from_parameters({'mode': 'gravity_pd'}, 1000)
 
 
 def test_stiffness_that_a_held_torque_turns_into_shaking_is_refused():
     with pytest.raises(InputError, match=r'unstable \(spectral radius .*\); lower kp'):
-        Controller({'mode': 'impedance', 'arm': 'ur5_real', 'kp': [1e7], 'kd': [100.0]}, 1000)
+        Controller(load_arm('ur5_real'),
+                   {'mode': 'impedance', 'kp': [1e7], 'kd': [100.0]}, 1000)
 
 
 @pytest.mark.fault(4)
@@ -155,7 +156,7 @@ def test_a_torque_rate_limit_is_kept_and_flagged(holding, close_loop):
 
 
 def test_effort_limits_are_kept_and_flagged(close_loop, exact_arm):
-    controller = Controller({'kp': [4000.0], 'kd': [150.0]}, 1000)
+    controller = controller_from_parameters({'kp': [4000.0], 'kd': [150.0]}, 1000)
     plant = exact_arm(controller.arm, 1000, HOME)
     close_loop(controller, plant, 1)
     plant.q = HOME + 0.2

@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.parameters import SIM_PARAMETERS, complete
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.model.dynamics import gravity_torque, inertia_matrix
 from ur5_ros.model.parameters import with_payload
 from ur5_ros.sim.plant import plant_from_parameters
@@ -23,7 +23,7 @@ LOADED = with_payload(ARM, 1.0, (0.0, 0.0, 0.05))
 
 def settle(seconds, plant_parameters, **law):
     """Hold the arm at HOME; return its last state and fastest joint of the last second."""
-    controller = Controller({'arm': 'ur5_real', **law}, 1000)
+    controller = controller_from_parameters({'arm': 'ur5_real', **law}, 1000)
     plant = plant_from_parameters(complete(SIM_PARAMETERS, plant_parameters))
     try:
         speeds = []
@@ -64,7 +64,7 @@ def test_ten_times_the_stiffness_leaves_a_tenth_of_the_error():
 
 
 def test_on_the_papers_profile_it_stays_stable():
-    controller = Controller(
+    controller = controller_from_parameters(
         {'arm': 'ur5_real', 'experiment': 'kebria_fig11', 'autostart': True}, 1000)
     plant = plant_from_parameters(complete(
         SIM_PARAMETERS, UNKNOWN | {'friction.coulomb': COULOMB.tolist()}))

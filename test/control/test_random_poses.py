@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.signals import JOINT_NAMES
@@ -17,7 +17,7 @@ def angle_between(one, two):
 
 
 def test_a_thousand_random_poses_are_reached_or_refused(close_loop, exact_arm):
-    controller = Controller(
+    controller = controller_from_parameters(
         {'kp': [400.0], 'kd': [40.0], 'max_velocity': [2.5], 'max_acceleration': [8.0],
          'max_jerk': [80.0]}, RATE)
     arm, limits = controller.arm, controller.arm.limits

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES, ArmState
 
@@ -23,7 +23,7 @@ def same(one, two):
 
 
 def test_a_copy_of_a_state_gets_the_same_answer_and_moves_nothing_on():
-    one, two = Controller({}, RATE), Controller({}, RATE)
+    one, two = controller_from_parameters({}, RATE), controller_from_parameters({}, RATE)
     for controller in (one, two):
         controller.update(state(1))
         controller.target_joints(JOINT_NAMES, HOME + 0.5)
@@ -35,7 +35,7 @@ def test_a_copy_of_a_state_gets_the_same_answer_and_moves_nothing_on():
 
 
 def test_a_single_state_that_jumps_is_not_believed_and_the_motion_goes_on():
-    one, two = Controller({}, RATE), Controller({}, RATE)
+    one, two = controller_from_parameters({}, RATE), controller_from_parameters({}, RATE)
     for controller in (one, two):
         controller.update(state(1))
         controller.target_joints(JOINT_NAMES, HOME + 0.5)
@@ -48,7 +48,7 @@ def test_a_single_state_that_jumps_is_not_believed_and_the_motion_goes_on():
 
 @pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
 def test_a_state_that_is_not_finite_is_answered_from_the_last_good_one(bad):
-    controller = Controller({}, RATE)
+    controller = controller_from_parameters({}, RATE)
     good = controller.update(state(1))
     torn = HOME.copy()
     torn[2] = bad
@@ -60,7 +60,7 @@ def test_a_state_that_is_not_finite_is_answered_from_the_last_good_one(bad):
 
 
 def test_with_nothing_to_believe_there_is_no_answer():
-    controller = Controller({}, RATE)
+    controller = controller_from_parameters({}, RATE)
     with pytest.raises(InputError, match='not finite .* at stamp 2000000 ns; not answered'):
         controller.update(state(1, HOME * np.nan))
     controller.update(state(2))
@@ -72,7 +72,7 @@ def test_with_nothing_to_believe_there_is_no_answer():
 
 
 def test_an_arm_that_was_moved_is_held_where_it_is_now():
-    controller = Controller({}, RATE)
+    controller = controller_from_parameters({}, RATE)
     controller.update(state(1))
     controller.target_joints(JOINT_NAMES, HOME + 0.5)
     for k in range(2, 100):
@@ -90,7 +90,7 @@ def test_an_arm_that_was_moved_is_held_where_it_is_now():
     (10_000, 'clock jumped ahead by 19.800000 s'),
 ])
 def test_a_clock_that_jumps_ends_the_motion_and_the_arm_is_held(stamp, words):
-    controller = Controller({'experiment': 'joint_step', 'autostart': True}, RATE)
+    controller = controller_from_parameters({'experiment': 'joint_step', 'autostart': True}, RATE)
     for k in range(1, 101):
         controller.update(state(k))
     assert controller.status()['state'] == 'moving'
@@ -101,7 +101,7 @@ def test_a_clock_that_jumps_ends_the_motion_and_the_arm_is_held(stamp, words):
 
 
 def test_states_missing_in_between_do_not_change_the_reference():
-    every, third = Controller({}, RATE), Controller({}, RATE)
+    every, third = controller_from_parameters({}, RATE), controller_from_parameters({}, RATE)
     for controller in (every, third):
         controller.update(state(1))
         controller.target_joints(JOINT_NAMES, HOME + 0.5)
@@ -112,7 +112,7 @@ def test_states_missing_in_between_do_not_change_the_reference():
 
 
 def test_it_says_when_states_are_missing_and_when_they_are_back():
-    controller = Controller({}, RATE)
+    controller = controller_from_parameters({}, RATE)
     assert controller.status()['state'] == 'waiting for states'
     controller.update(state(1))
     assert controller.status()['state'] == 'holding'
@@ -127,7 +127,7 @@ def test_it_says_when_states_are_missing_and_when_they_are_back():
     state(50, [*HOME[:5], 6.0], [0, 0, 0, 0, 0, 3.2]),
 ])
 def test_a_joint_beyond_a_limit_stops_the_motion_until_something_new_is_asked(beyond):
-    controller = Controller({'max_velocity': [3.0]}, RATE)
+    controller = controller_from_parameters({'max_velocity': [3.0]}, RATE)
     near = np.array([*HOME[:5], 6.0])
     controller.update(state(1, near))
     controller.target_joints(JOINT_NAMES, [*HOME[:5] + 1.0, 6.0])
@@ -147,7 +147,7 @@ def test_a_joint_beyond_a_limit_stops_the_motion_until_something_new_is_asked(be
 
 
 def test_the_status_is_made_of_numbers_and_texts():
-    controller = Controller({}, RATE)
+    controller = controller_from_parameters({}, RATE)
     for _ in range(2):
         for value in controller.status().values():
             assert isinstance(value, str | int | float)
@@ -189,7 +189,7 @@ def outcome(controller, given):
 @pytest.mark.parametrize('gain', [10.0, 4000.0])  # the greater one meets the effort limits
 def test_the_quick_way_of_an_ordinary_period_and_the_long_one_cannot_be_told_apart(seed, gain):
     given = {'kp': [gain], 'kd': [2.0 * gain ** 0.5], 'experiment': ''}
-    quick, long = Controller(given, RATE), Controller(given, RATE)
+    quick, long = controller_from_parameters(given, RATE), controller_from_parameters(given, RATE)
     long._ordinary = OnlyTheLongWay()
     rng = np.random.default_rng(seed)
     asked = 0

@@ -6,14 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.signals import JOINT_NAMES, ArmState
 
 RATE = 500
 HOME = np.deg2rad([20.0, -75.0, 90.0, -105.0, -80.0, 15.0])
-LAW = Controller({'experiment': 'multi_sine'}, RATE)
+LAW = controller_from_parameters({'experiment': 'multi_sine'}, RATE)
 
 
 def steer(controller, wish, rng):
@@ -49,7 +49,7 @@ WISHES = ('joints', 'pose', 'path', 'hold', 'experiment', 'linear', 'cubic', 'qu
 @given(st.lists(st.sampled_from(WISHES), min_size=2, max_size=4), st.integers(0, 10_000))
 def test_no_wish_makes_the_reference_jump(wishes, seed):
     rng = np.random.default_rng(seed)
-    controller = Controller({}, RATE)
+    controller = controller_from_parameters({}, RATE)
     controller.experiment = LAW.experiment  # its table costs more than the rest
     zero, answers, marks = np.zeros(6), [], []
     q, k = HOME, 0
@@ -86,7 +86,7 @@ def test_hold_stops_a_motion_smoothly_and_keeps_the_arm_there(holding, close_loo
 
 def test_an_experiment_that_ends_at_speed_is_brought_to_rest(close_loop, exact_arm, tmp_path):
     # the paper's profile is still moving after its 20 s
-    controller = Controller({'experiment': 'kebria_fig11', 'autostart': True}, 250)
+    controller = controller_from_parameters({'experiment': 'kebria_fig11', 'autostart': True}, 250)
     plant = exact_arm(controller.arm, 250, controller.experiment.motion.at(0).q)
     run = close_loop(controller, plant, 250 * 23)
     speed = np.abs(run.reference_qd).max(axis=1)
@@ -107,14 +107,14 @@ def test_an_experiment_on_demand_begins_where_the_arm_is(holding, close_loop):
 
 
 def test_an_autostarted_experiment_far_away_is_approached_first(exact_arm, close_loop):
-    controller = Controller({'experiment': 'joint_step', 'autostart': True}, RATE)
+    controller = controller_from_parameters({'experiment': 'joint_step', 'autostart': True}, RATE)
     run = close_loop(controller, exact_arm(controller.arm, RATE, HOME + 0.8), RATE)
     assert_allclose(run.reference[0], HOME + 0.8, atol=1e-12)
     assert np.abs(np.diff(run.reference, axis=0)).max() < 0.01
 
 
 def test_an_autostart_that_cannot_get_there_holds_and_says_why(exact_arm, close_loop):
-    controller = Controller({'experiment': 'joint_step', 'autostart': True}, RATE)
+    controller = controller_from_parameters({'experiment': 'joint_step', 'autostart': True}, RATE)
     shooting_out = exact_arm(controller.arm, RATE, [*HOME[:5], 6.2], [0, 0, 0, 0, 0, 3.0])
     close_loop(controller, shooting_out, 1)
     assert 'autostart: wrist_3_joint would go to' in controller.status()['last_refusal']
@@ -127,7 +127,7 @@ def test_without_an_experiment_none_is_started(holding):
 
 
 def test_a_moving_arm_is_taken_over_at_its_speed(exact_arm, close_loop):
-    controller = Controller({}, RATE)
+    controller = controller_from_parameters({}, RATE)
     speed = np.array([0.5, -0.4, 0.3, -0.2, 0.1, 0.6])
     run = close_loop(controller, exact_arm(controller.arm, RATE, HOME, speed), 2 * RATE)
     assert_allclose(run.reference_qd[0], speed)
@@ -138,7 +138,7 @@ def test_a_moving_arm_is_taken_over_at_its_speed(exact_arm, close_loop):
 
 @pytest.mark.parametrize('wish', WISHES)
 def test_before_the_first_state_everything_is_refused(wish):
-    controller = Controller({}, RATE)
+    controller = controller_from_parameters({}, RATE)
     controller.experiment = LAW.experiment
     with pytest.raises(ValueError, match='no state has come yet'):
         steer(controller, wish, np.random.default_rng(1))

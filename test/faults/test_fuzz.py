@@ -9,7 +9,7 @@ from hostile import NUMBERS, TEXTS, hostile_command
 
 from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.messages import EffortReader, StateReader
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
@@ -61,7 +61,7 @@ def test_no_command_brings_the_plant_out_of_the_finite(times, record_property):
 def test_no_state_brings_an_answer_that_is_not_finite(times, record_property):
     dice = random.Random(2)
     layout, reader = FixedJointState(JOINT_NAMES), StateReader(list(JOINT_NAMES))
-    controller = Controller(complete(CONTROL_PARAMETERS, {}), 1000)
+    controller = controller_from_parameters(complete(CONTROL_PARAMETERS, {}), 1000)
     home = np.array(complete(SIM_PARAMETERS, {})['initial_positions'])
     k, answered, refused = 0, 0, 0
     count = times(2_000, 100_000)
@@ -95,7 +95,7 @@ def test_no_parameter_set_is_taken_that_is_out_of_range(times, record_property):
               10**30, -1, 2, 'brake')
     tried = refused = 0
     plant = plant_from_parameters(complete(SIM_PARAMETERS, {}))
-    controller = Controller(complete(CONTROL_PARAMETERS, {}), 1000)
+    controller = controller_from_parameters(complete(CONTROL_PARAMETERS, {}), 1000)
     controller.update(ArmState(1_000_000, plant.state.q, plant.state.qd, plant.state.effort))
     for _ in range(times(500, 5_000)):
         for table, change in ((SIM_PARAMETERS, plant.change),

@@ -10,7 +10,7 @@ import pytest
 
 from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
 from ur5_ros.config.experiments import load_experiment
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.model.dynamics import forward_dynamics
 from ur5_ros.sim.plant import Plant, plant_from_parameters
@@ -58,7 +58,8 @@ def the_papers_experiment():
     start = initial_positions(spec, arm)
     plant = plant_from_parameters(complete(SIM_PARAMETERS, {
         'initial_positions': start.tolist()}))
-    controller = Controller({'experiment': 'kebria_fig11', 'autostart': True}, 1000)
+    controller = controller_from_parameters(
+        {'experiment': 'kebria_fig11', 'autostart': True}, 1000)
     torques, states = [], []
     for _ in range(20_000):
         torques.append(controller.update(plant.state).torque.total)

@@ -34,18 +34,41 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState
 
 
-class Controller:
+def controller_from_parameters(
+    parameters: Mapping[str, Any], control_rate: int | None = None,
+) -> 'Controller':
     """
-    Computed torque and its motions, without ROS: equal inputs give equal bits.
+    Return the controller that the parameters of control_node describe.
 
     Parameters
     ----------
     parameters : mapping
         Values of ``CONTROL_PARAMETERS``; what is missing takes its default.
     control_rate : int, optional
+        Control periods a second [Hz], where known.
+
+    Raises
+    ------
+    InputError
+        As :func:`ur5_ros.config.load_arm` and :class:`Controller`.
+
+    """
+    complete_set = complete(CONTROL_PARAMETERS, parameters)
+    return Controller(load_arm(complete_set['arm']), complete_set, control_rate)
+
+
+class Controller:
+    """
+    Computed torque and its motions, without ROS: equal inputs give equal bits.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        The law's arm.
+    parameters : mapping, optional
+        Values of ``CONTROL_PARAMETERS``; what is missing takes its default; ``arm`` is not read.
+    control_rate : int, optional
         Control periods a second [Hz], where known: motions are then tabled on exactly this grid.
-    arm : ArmParameters, optional
-        The law's arm; that of ``parameters['arm']`` by default.
 
     Raises
     ------
@@ -54,10 +77,10 @@ class Controller:
 
     """
 
-    def __init__(self, parameters: Mapping[str, Any], control_rate: int | None = None,
-                 arm: ArmParameters | None = None):
-        self.parameters = complete(CONTROL_PARAMETERS, parameters)
-        self.arm = load_arm(self.parameters['arm']) if arm is None else arm
+    def __init__(self, arm: ArmParameters, parameters: Mapping[str, Any] | None = None,
+                 control_rate: int | None = None):
+        self.parameters = complete(CONTROL_PARAMETERS, parameters or {})
+        self.arm = arm
         self._rate = control_rate
         self._settings = settings_from(self.parameters, self.arm, control_rate)
         self._names = [self._settings.prefix + name for name in JOINT_NAMES]

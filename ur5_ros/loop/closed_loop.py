@@ -48,7 +48,7 @@ def run_closed_loop(plan: Plan, folder: Path | None = None) -> LoopRun:
 def full_loop(plan: Plan) -> LoopRun:
     """Run Plant and Controller as the nodes run them; see :func:`run_closed_loop`."""
     sim_arm = arm_named(plan.sim['arm'])
-    controller = Controller(plan.control, plan.sim['control_rate'])
+    controller = Controller(arm_named(plan.control['arm']), plan.control, plan.sim['control_rate'])
     plant = Plant(sim_arm, plan.sim)
     states, truths, answers, events = [], [], [], []
     try:

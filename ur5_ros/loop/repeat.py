@@ -7,7 +7,6 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Event, Run, Side
 from ur5_ros.bag.fingerprint import fingerprint
-from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.control.controller import Controller
 from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES, ArmState
@@ -88,7 +87,7 @@ def resimulate(run: Run) -> Repetition:
         given |= {'effort_convention': 'total', 'delay.command_periods': 0}
         commands = np.vstack([run.exact.effort[1:], np.zeros((1, 6))])
         fed = 'fed with the torques that acted'
-    plant = Plant(side.arm, complete(SIM_PARAMETERS, given))
+    plant = Plant(side.arm, given)
     try:
         found = _played(plant, run, commands, by_command)
     finally:
@@ -115,8 +114,7 @@ def recontrol(run: Run) -> Repetition:
     side = _side(run, run.control, 'controller')
     if run.command is None:
         raise InputError(f'{run.name}: no command is recorded; nothing to compare with')
-    law = Controller(complete(CONTROL_PARAMETERS, side.parameters), round(run.control_rate),
-                     arm=side.arm)
+    law = Controller(side.arm, side.parameters, round(run.control_rate))
     found = np.full_like(run.command, np.nan)
     changes = list(side.changes)
     for k, stamp in enumerate(run.stamp):

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.config import load_arm
+from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
@@ -48,8 +48,8 @@ class Plant:
     ----------
     arm : ArmParameters
         The arm to simulate.
-    parameters : mapping
-        A value for every parameter of ``SIM_PARAMETERS``; ``arm`` among them is not read.
+    parameters : mapping, optional
+        Values of ``SIM_PARAMETERS``; what is missing takes its default; ``arm`` is not read.
 
     Attributes
     ----------
@@ -61,13 +61,14 @@ class Plant:
     Raises
     ------
     InputError
-        If the rates do not fit, the arm cannot be simulated or starts beyond a stop.
+        If a parameter is refused, the rates do not fit, the arm cannot be simulated or starts
+        beyond a stop.
 
     """
 
-    def __init__(self, arm: ArmParameters, parameters: Mapping[str, Any]):
+    def __init__(self, arm: ArmParameters, parameters: Mapping[str, Any] | None = None):
         self.arm = arm
-        self._plant_parameters = PlantParameters(parameters)
+        self._plant_parameters = PlantParameters(complete(SIM_PARAMETERS, parameters or {}))
         self.parameters = self._plant_parameters.parameters
         self._rate, physics_rate = self.parameters['control_rate'], self.parameters['physics_rate']
         check_rates(self._rate, physics_rate)

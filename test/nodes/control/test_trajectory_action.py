@@ -5,7 +5,7 @@ import pytest
 from builtin_interfaces.msg import Duration
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.tolerances import ResultCode
 from ur5_ros.nodes.control.trajectory_action import goal_arguments
 from ur5_ros.signals import JOINT_NAMES, ArmState
@@ -24,7 +24,7 @@ def test_a_goal_reaches_the_controller_with_everything_in_it():
     arguments = goal_arguments(goal)
     assert arguments['stamp'] == 0
     assert arguments['goal_time'] == -1.0
-    controller = Controller({}, 500)
+    controller = controller_from_parameters({}, 500)
     q, zero = home, np.zeros(6)
     controller.update(ArmState(2_000_000, q, zero, zero))
     number = controller.follow_joint_trajectory(**arguments)

@@ -111,7 +111,8 @@ class ControlCycle:
 
     def begin_anew(self) -> None:
         """Forget the run before: the next state is a first one."""
-        self.controller = Controller(self.controller.parameters, self._planned_rate)
+        self.controller = Controller(
+            self.controller.arm, self.controller.parameters, self._planned_rate)
         self._rate = None
         self.stamp = 0
         self._last = b''
@@ -151,7 +152,7 @@ class ControlCycle:
         self._rate = rate
         if rate != self._planned_rate:
             self._planned_rate = rate
-            self.controller = Controller(self.controller.parameters, rate)
+            self.controller = Controller(self.controller.arm, self.controller.parameters, rate)
 
     def _monitor(self, state: ArmState, answer: ControlOutput) -> None:
         arm = self.controller.arm

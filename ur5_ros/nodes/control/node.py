@@ -12,7 +12,7 @@ from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.cdr.diagnostics import ERROR
 from ur5_ros.config import CONTROL_PARAMETERS, arm_text
-from ur5_ros.control.controller import Controller
+from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.control.cycle import ControlCycle
 from ur5_ros.nodes.control.inputs import ControlInputs
@@ -53,7 +53,8 @@ class ControlNode:
         self._stop = stop
         refuse_folder(self.parameters['bag'])
         self._logger = self.node.get_logger()
-        controller = Controller(self.parameters)  # compiles and plans, before anything is heard
+        # compiles and plans, before anything is heard
+        controller = controller_from_parameters(self.parameters)
         self.recording = Recording(
             self.parameters['bag'], 'control', self.parameters['max_bagfile_duration'],
             self.parameters['max_bagfile_size'])
