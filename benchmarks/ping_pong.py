@@ -143,8 +143,8 @@ def ping(node: Node, how: str, trips: int) -> tuple[list[float], int]:
         if not trip():
             lost += 1
             if lost > MAX_LOST:
-                raise SystemExit(f'{lost} of {index + 1} round trips were lost; the machine is too '
-                                 'busy for this reference: run it again when it is quiet')
+                raise SystemExit(f'{lost} of {index + 1} round trips were lost; the machine is '
+                                 'too busy for this reference: run it again when it is quiet')
         elif index >= WARM_UP:
             times.append(time.perf_counter() - start)
     return times, lost

@@ -44,12 +44,12 @@ def test_a_ping_pong_that_is_killed_leaves_no_process_behind():
                             env=private_environment())
     try:
         children = Path(f'/proc/{ping.pid}/task/{ping.pid}/children')
-        wait_until(lambda: children.read_text().split(), 60)
+        wait_until(lambda: children.read_text().split(), 'the other process', 60)
         pong = Path('/proc') / children.read_text().split()[0]
     finally:
         ping.kill()
         ping.wait()
-    wait_until(lambda: not pong.exists(), 30)
+    wait_until(lambda: not pong.exists(), 'its end')
 
 
 def test_the_page_names_every_figure_and_every_miss(tmp_path):
