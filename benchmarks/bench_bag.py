@@ -85,11 +85,11 @@ MEMORY = """
 import sys
 from pathlib import Path
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.bag.mcap.message_index import CompiledWalk
+from ur5_ros.bag.mcap.message_index import CompiledMessageIndex
 def memory(name):
     lines = Path('/proc/self/status').read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith(name))
-CompiledWalk()
+CompiledMessageIndex()
 before = memory('VmRSS')
 states = open_bag(sys.argv[1]).joint_states('/joint_states')
 print(memory('VmHWM') - before)

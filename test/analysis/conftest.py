@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.data.run import Change, Event, Run, Side, States
+from ur5_ros.analysis.data.run import NodeRecord, ParameterChange, RecordedEvent, Run, States
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.loop.closed_loop import run_closed_loop
@@ -53,8 +53,8 @@ def make_run(seconds=4.0, rate=1000, substeps=1, sim_arm='ur5', control_arm='ur5
                                     **(sim_parameters or {})})
     control = complete(CONTROL_PARAMETERS, {'kp': [kp], 'kd': [kd]})
     return Run('in memory', stamp, States(q, qd, effort), rate, rate * substeps, None, command,
-               star, {}, Side(sim_arm, load_arm(sim_arm), sim),
-               Side(control_arm, own, control))
+               star, {}, NodeRecord(sim_arm, load_arm(sim_arm), sim),
+               NodeRecord(control_arm, own, control))
 
 
 @pytest.fixture(scope='session')
@@ -100,7 +100,7 @@ def stepped():
             for k in range(plan.periods):
                 if steer and (values := steer(k)):
                     law.change(values)
-                    changes.append(Change(states[-1].stamp if states else 0, values))
+                    changes.append(ParameterChange(states[-1].stamp if states else 0, values))
                 states.append(state)
                 truths.append(plant.truth)
                 answers.append(law.update(state))
@@ -115,9 +115,9 @@ def stepped():
         return Run('stepped', np.array([each.stamp for each in states]), seen, float(rate),
                    float(plan.sim['physics_rate']), None if plant.exact_sensing else true,
                    np.array([answer.torque.total for answer in answers]), star, {},
-                   Side('ur5_real', load_arm('ur5_real'), plan.sim),
-                   Side('ur5_real', law.arm, plan.control, changes=tuple(changes)),
-                   tuple(Event(each.stamp, each.kind, each.message,
+                   NodeRecord('ur5_real', load_arm('ur5_real'), plan.sim),
+                   NodeRecord('ur5_real', law.arm, plan.control, changes=tuple(changes)),
+                   tuple(RecordedEvent(each.stamp, each.kind, each.message,
                                {key: json.loads(value) for key, value in each.values.items()})
                          for each in events))
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.data.run import Change
+from ur5_ros.analysis.data.run import ParameterChange
 from ur5_ros.analysis.laws import laws_of
 from ur5_ros.analysis.report.html import html_text
 from ur5_ros.analysis.validate import validate
@@ -59,7 +59,8 @@ def test_a_change_told_one_period_late_fails(stiffened):
 
 def test_what_was_changed_before_the_first_state_holds_from_the_first(stiffened):
     given = stiffened.control.parameters
-    early = (Change(0, {'kp': given['kp'], 'kd': given['kd']}), *stiffened.control.changes)
+    early = (ParameterChange(0, {'kp': given['kp'], 'kd': given['kd']}),
+             *stiffened.control.changes)
     told = replace(stiffened.control, parameters={**given, 'kp': [77.0]}, changes=early)
     assert not failed(validate(replace(stiffened, control=told)))
 

@@ -13,10 +13,10 @@ import pytest
 import zstandard
 from mcap.records import Channel, Header, Schema
 
-from ur5_ros.bag.bag_folder import BagFolder, make_topic
 from ur5_ros.bag.mcap.records import FRAME, MAGIC, MESSAGE, Opcode, record_bytes
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.reader import open_bag
+from ur5_ros.bag.rosbag2_folder import BagFolder, make_topic
 from ur5_ros.cdr.fixed_messages import FixedJointState, encode_clock
 from ur5_ros.cdr.recorded_types import schema_text
 from ur5_ros.errors import BagError, InputError

@@ -283,7 +283,7 @@ def test_what_the_disk_cannot_follow_is_dropped_and_counted(tmp_path, monkeypatc
 
 def test_who_has_no_loop_to_keep_waits_for_the_disk_and_loses_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr('ur5_ros.bag.writer.MAX_WAITING', 100)
-    with BagWriter(tmp_path / 'bag', {}, patient=True) as writer:
+    with BagWriter(tmp_path / 'bag', {}, blocking=True) as writer:
         clock = writer.topic('/clock', 'rosgraph_msgs/msg/Clock')
         for k in range(1, 1001):
             writer.write(clock, k, encode_clock(k))

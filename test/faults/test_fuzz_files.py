@@ -5,10 +5,10 @@ import random
 import numpy as np
 import pytest
 
-from ur5_ros.bag.bag_folder import BagFolder, make_topic
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.recovery import recover
+from ur5_ros.bag.rosbag2_folder import BagFolder, make_topic
 from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.cdr.recorded_types import schema_text
 from ur5_ros.config import arm_text, config_folder, parse_arm

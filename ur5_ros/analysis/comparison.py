@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.data.run import Run, Side
+from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
@@ -126,7 +126,7 @@ def _difference(name: str, stamp: np.ndarray, a: np.ndarray, b: np.ndarray) -> D
         JOINT_NAMES[int(np.argmax(size[first]))], float(per_row.max()), growth)
 
 
-def _parameters(name: str, a: Side | None, b: Side | None) -> dict[str, list[Any]]:
+def _parameters(name: str, a: NodeRecord | None, b: NodeRecord | None) -> dict[str, list[Any]]:
     left: Mapping[str, Any] = a.parameters if a else {}
     right: Mapping[str, Any] = b.parameters if b else {}
     return {f'{name} {key}': [left.get(key), right.get(key)]

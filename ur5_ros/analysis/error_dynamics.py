@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.laws import Law
-from ur5_ros.analysis.plant_integrator import Scheme, predict
+from ur5_ros.analysis.plant_integrator import PlantModel, predict
 from ur5_ros.analysis.residual import CHUNK
 from ur5_ros.model.dynamics import inverse_dynamics
 
@@ -135,7 +135,7 @@ def _jumps(run: Run) -> np.ndarray:
         rows = known[start:start + CHUNK]
         q, qd, qdd = (part[rows] for part in star)
         torque = inverse_dynamics(q + arm.angle_offset, qd, qdd, arm)
-        q, qd = predict(Scheme(arm), q, qd, torque, run.h / n, n)
+        q, qd = predict(PlantModel(arm), q, qd, torque, run.h / n, n)
         jump[rows] = np.hstack([q - star.q[rows + 1], qd - star.qd[rows + 1]])
     return jump
 

@@ -14,7 +14,7 @@ AT_ONCE, MOST_GUESSES = 10, 300
 
 
 @dataclass(frozen=True, eq=False)
-class Scheme:
+class PlantModel:
     """What moves the arm between two states, beside the recorded effort."""
 
     arm: ArmParameters
@@ -56,7 +56,7 @@ class Scheme:
                          self.wrench)
 
 
-def schemes(run: Run) -> list[tuple[int, Scheme]]:
+def plant_models(run: Run) -> list[tuple[int, PlantModel]]:
     """
     Return the scheme in force from each row on: ``(first row, scheme)``, the first row being 0.
 
@@ -69,7 +69,7 @@ def schemes(run: Run) -> list[tuple[int, Scheme]]:
     values = {name: run.sim.parameters[name] for name in (
         'payload.mass', 'payload.com', 'friction.viscous', 'friction.coulomb', 'gravity')}
     wrench = np.zeros(6)
-    found = [(0, _scheme(run.sim.arm, values, wrench))]
+    found = [(0, _plant_model(run.sim.arm, values, wrench))]
     for event in run.events:
         if event.kind == 'parameter' and event.values.get('name') in values:
             values[event.values['name']] = event.values['value']
@@ -80,12 +80,12 @@ def schemes(run: Run) -> list[tuple[int, Scheme]]:
         row = int(np.searchsorted(run.stamp, event.stamp))
         if found[-1][0] == row:
             found.pop()
-        found.append((row, _scheme(run.sim.arm, values, wrench)))
+        found.append((row, _plant_model(run.sim.arm, values, wrench)))
     return found
 
 
 def predict(
-    scheme: Scheme, q: np.ndarray, qd: np.ndarray, effort: np.ndarray, h: float, substeps: int,
+    scheme: PlantModel, q: np.ndarray, qd: np.ndarray, effort: np.ndarray, h: float, substeps: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the states one control period later, in the simulator's scheme under constant effort.
@@ -95,7 +95,7 @@ def predict(
 
     Parameters
     ----------
-    scheme : Scheme
+    scheme : PlantModel
         What acts beside the effort.
     q, qd, effort : numpy.ndarray, shape (n, 6)
         States [rad, rad/s] and the torque that acts [N m].
@@ -116,7 +116,7 @@ def predict(
 
 
 def path(
-    scheme: Scheme, states: tuple[np.ndarray, np.ndarray], ends: tuple[np.ndarray, np.ndarray],
+    scheme: PlantModel, states: tuple[np.ndarray, np.ndarray], ends: tuple[np.ndarray, np.ndarray],
     effort: np.ndarray, h: float, substeps: int,
 ) -> tuple[np.ndarray, ...]:
     """
@@ -124,7 +124,7 @@ def path(
 
     Parameters
     ----------
-    scheme : Scheme
+    scheme : PlantModel
         What acts beside the effort.
     states, ends : tuple of numpy.ndarray, shapes (n, 6)
         Positions and velocities at the beginning and at the end of each period [rad, rad/s].
@@ -152,7 +152,7 @@ def path(
     return *before, *after
 
 
-def _step(scheme: Scheme, q, qd, effort, h: float) -> tuple[np.ndarray, np.ndarray]:
+def _step(scheme: PlantModel, q, qd, effort, h: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the states one physics step later."""
     arm = scheme.arm
     if not (known := np.isfinite(q).all(axis=1)).all():  # as long as its step could be told
@@ -207,7 +207,7 @@ def _change(A: np.ndarray, drive: np.ndarray, qd: np.ndarray, level: np.ndarray)
     return delta
 
 
-def _scheme(arm: ArmParameters, values: dict, wrench: np.ndarray) -> Scheme:
+def _plant_model(arm: ArmParameters, values: dict, wrench: np.ndarray) -> PlantModel:
     mass = float(values['payload.mass'])
     if mass:
         masses, coms, tensors = (np.array(part) for part in arm.bodies)
@@ -215,5 +215,5 @@ def _scheme(arm: ArmParameters, values: dict, wrench: np.ndarray) -> Scheme:
         arm = with_payload(declared, mass, values['payload.com'])
     if len(values['gravity']):
         arm = replace(arm, gravity=np.array(values['gravity'], dtype=float))
-    return Scheme(arm, np.array(values['friction.viscous'], dtype=float),
+    return PlantModel(arm, np.array(values['friction.viscous'], dtype=float),
                   np.array(values['friction.coulomb'], dtype=float), wrench)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.plant_integrator import Scheme, predict
+from ur5_ros.analysis.plant_integrator import PlantModel, predict
 from ur5_ros.model.dynamics import inertia_matrix, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 
@@ -25,7 +25,7 @@ class Residual(NamedTuple):
     """Defect of q' = q + h qd' [rad], shape (n - 1, 6)."""
 
 
-def residual(run: Run, plan: list[tuple[int, Scheme]]) -> Residual:
+def residual(run: Run, plan: list[tuple[int, PlantModel]]) -> Residual:
     """
     Return the residual of every period.
 
@@ -38,7 +38,7 @@ def residual(run: Run, plan: list[tuple[int, Scheme]]) -> Residual:
     ----------
     run : Run
         The recording; its exact states are used where they are known.
-    plan : list of (int, Scheme)
+    plan : list of (int, PlantModel)
         The scheme in force from each row on, the first being row 0.
 
     Returns

@@ -1,4 +1,4 @@
-"""Evidence for attribution: the unexplained torque in blocks, and what causes would add to it."""
+"""The unexplained torque in blocks of samples, and what each cause would add to it."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.plant_integrator import Scheme
+from ur5_ros.analysis.plant_integrator import PlantModel
 from ur5_ros.analysis.residual import residual
 from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
@@ -22,7 +22,7 @@ SMOOTHING = 0.1
 SLOW = 1e-6
 
 
-class Evidence(NamedTuple):
+class SampleBlocks(NamedTuple):
     """Samples of a run, in blocks of consecutive periods: shapes (b, w, 6)."""
 
     q: np.ndarray
@@ -41,7 +41,7 @@ class Evidence(NamedTuple):
     """Since the first state [s], shape (b, w)."""
 
 
-def gather(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> Evidence | None:
+def gather(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> SampleBlocks | None:
     """
     Return the evidence of a run against an arm; None where it is too short.
 
@@ -82,25 +82,25 @@ def gather(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> Evidence | Non
                              time=run.t[rows])
     seen = _evidence(q[rows], qd[rows], qdd, qd[rows + 1], effort[rows + 1], arm)
     if run.substeps > 1:
-        unexplained_torque = -residual(run, [(0, Scheme(arm))]).torque[rows]
+        unexplained_torque = -residual(run, [(0, PlantModel(arm))]).torque[rows]
         return seen._replace(unexplained_torque=np.nan_to_num(unexplained_torque),
                              time=run.t[rows])
     return seen._replace(plain=not run.noisy, time=run.t[rows])
 
 
-def _evidence(q, qd, qdd, qd_next, effort, arm: ArmParameters) -> Evidence:
+def _evidence(q, qd, qdd, qd_next, effort, arm: ArmParameters) -> SampleBlocks:
     angles = q + arm.angle_offset
-    return Evidence(angles, qd, qdd, qd_next, effort,
+    return SampleBlocks(angles, qd, qdd, qd_next, effort,
                     effort - inverse_dynamics(angles, qd, qdd, arm))
 
 
-def effects(seen: Evidence, arm: ArmParameters) -> dict[str, np.ndarray]:
+def effects(seen: SampleBlocks, arm: ArmParameters) -> dict[str, np.ndarray]:
     """
     Return the torque that a unit of each cause adds, block means: name -> (b, 6, parameters).
 
     Parameters
     ----------
-    seen : Evidence
+    seen : SampleBlocks
         Samples.
     arm : ArmParameters
         The arm of the law.
@@ -124,7 +124,7 @@ def effects(seen: Evidence, arm: ArmParameters) -> dict[str, np.ndarray]:
     }
 
 
-def sliding(seen: Evidence) -> np.ndarray:
+def sliding(seen: SampleBlocks) -> np.ndarray:
     """Tell in which blocks each joint keeps moving one way, so that its friction is known."""
     return (np.abs(seen.qd_next) > SLOW).all(axis=1)
 

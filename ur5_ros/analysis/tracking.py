@@ -11,23 +11,23 @@ from ur5_ros.model.parameters import ArmParameters
 
 
 class ToolTracking(NamedTuple):
-    """Tool pose, wanted and made, in ``base``."""
+    """Tool pose, desired and made, in ``base``."""
 
     position: np.ndarray
     """Position made [m], shape (n, 3)."""
-    wanted_position: np.ndarray
-    """Position wanted [m], shape (n, 3); NaN without a reference."""
+    desired_position: np.ndarray
+    """Position desired [m], shape (n, 3); NaN without a reference."""
     orientation: np.ndarray
     """Rotation vector of the orientation made [rad], shape (n, 3)."""
-    wanted_orientation: np.ndarray
-    """Rotation vector of the orientation wanted [rad], shape (n, 3)."""
+    desired_orientation: np.ndarray
+    """Rotation vector of the orientation desired [rad], shape (n, 3)."""
     distance: np.ndarray
     """Distance between the two positions [m], shape (n,)."""
     angle: np.ndarray
     """Angle between the two orientations [rad], shape (n,)."""
 
 
-def tool_tracking(run: Run, arm: ArmParameters, wanted_arm: ArmParameters) -> ToolTracking:
+def tool_tracking(run: Run, arm: ArmParameters, desired_arm: ArmParameters) -> ToolTracking:
     """
     Return the tool's poses and errors.
 
@@ -37,7 +37,7 @@ def tool_tracking(run: Run, arm: ArmParameters, wanted_arm: ArmParameters) -> To
         A recording with a reference.
     arm : ArmParameters
         The arm that moved.
-    wanted_arm : ArmParameters
+    desired_arm : ArmParameters
         The arm that the reference was made for.
 
     Returns
@@ -48,28 +48,28 @@ def tool_tracking(run: Run, arm: ArmParameters, wanted_arm: ArmParameters) -> To
     """
     made = forward_kinematics(run.exact.q + arm.angle_offset, arm)
     known = np.isfinite(run.reference.q).all(axis=1)
-    wanted = np.full(made.shape, np.nan)
-    wanted[known] = forward_kinematics(run.reference.q[known] + wanted_arm.angle_offset,
-                                       wanted_arm)
+    desired = np.full(made.shape, np.nan)
+    desired[known] = forward_kinematics(run.reference.q[known] + desired_arm.angle_offset,
+                                       desired_arm)
     distance, angle = np.full((2, len(made)), np.nan)
-    distance[known], angle[known] = _pose_errors(made[known], wanted[known])
-    wanted_vector = np.full((len(made), 3), np.nan)
-    wanted_vector[known] = continuous_vectors(rotation_vector(wanted[known, :3, :3]))
+    distance[known], angle[known] = _pose_errors(made[known], desired[known])
+    desired_vector = np.full((len(made), 3), np.nan)
+    desired_vector[known] = continuous_vectors(rotation_vector(desired[known, :3, :3]))
     vector = continuous_vectors(rotation_vector(made[:, :3, :3]))
     if known.any():
-        vector = _same_sheet(vector, wanted_vector, int(np.argmax(known)))
-    return ToolTracking(made[:, :3, 3], wanted[:, :3, 3], vector, wanted_vector, distance, angle)
+        vector = _same_sheet(vector, desired_vector, int(np.argmax(known)))
+    return ToolTracking(made[:, :3, 3], desired[:, :3, 3], vector, desired_vector, distance, angle)
 
 
 def tool_errors(
-    q: np.ndarray, wanted: np.ndarray, arm: ArmParameters,
+    q: np.ndarray, desired: np.ndarray, arm: ArmParameters,
 ) -> tuple[np.ndarray, np.ndarray]:
     """
     Return distance [m] and angle [rad] between the tool poses of joint positions.
 
     Parameters
     ----------
-    q, wanted : numpy.ndarray, shape (n, 6)
+    q, desired : numpy.ndarray, shape (n, 6)
         Joint positions, manufacturer's angles [rad].
     arm : ArmParameters
         The arm of both.
@@ -83,14 +83,14 @@ def tool_errors(
     distance, angle = np.empty((2, len(q)))
     for start in range(0, len(q), CHUNK):
         rows = slice(start, start + CHUNK)
-        a, b = (forward_kinematics(each[rows] + arm.angle_offset, arm) for each in (q, wanted))
+        a, b = (forward_kinematics(each[rows] + arm.angle_offset, arm) for each in (q, desired))
         distance[rows], angle[rows] = _pose_errors(a, b)
     return distance, angle
 
 
-def _pose_errors(made: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    turn = np.einsum('nji,njk->nik', wanted[:, :3, :3], made[:, :3, :3])
-    return (np.linalg.norm(made[:, :3, 3] - wanted[:, :3, 3], axis=1),
+def _pose_errors(made: np.ndarray, desired: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    turn = np.einsum('nji,njk->nik', desired[:, :3, :3], made[:, :3, :3])
+    return (np.linalg.norm(made[:, :3, 3] - desired[:, :3, 3], axis=1),
             np.linalg.norm(rotation_vector(turn), axis=1))
 
 
@@ -155,7 +155,7 @@ def _other_sheet(vectors: np.ndarray) -> np.ndarray:
     return vectors * (1.0 - 2.0 * np.pi / np.maximum(length, 1e-300))
 
 
-def _same_sheet(vectors, wanted, row):
+def _same_sheet(vectors, desired, row):
     other = _other_sheet(vectors)
-    near = np.linalg.norm(vectors[row] - wanted[row]) <= np.linalg.norm(other[row] - wanted[row])
+    near = np.linalg.norm(vectors[row] - desired[row]) <= np.linalg.norm(other[row] - desired[row])
     return vectors if near else other

@@ -16,7 +16,7 @@ from ur5_ros.analysis.checks.recording import (
     repeatability_check,
     timing_check,
 )
-from ur5_ros.analysis.data.run import Run, Side
+from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
@@ -80,7 +80,7 @@ def about(run: Run, marks: Marks) -> dict[str, Any]:
     }
 
 
-def _side(side: Side | None) -> dict[str, Any] | None:
+def _side(side: NodeRecord | None) -> dict[str, Any] | None:
     if side is None:
         return None
     return {'arm': side.arm_name, 'parameters': dict(side.parameters),

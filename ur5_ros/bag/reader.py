@@ -11,7 +11,7 @@ from ur5_ros.bag.arrays.collector import Collector, RawCollector
 from ur5_ros.bag.arrays.columns import KINDS, Columns, RawColumns
 from ur5_ros.bag.mcap.channels import TopicInfo
 from ur5_ros.bag.mcap.message_index import CompiledMessageIndex, MessageIndex, index_messages
-from ur5_ros.bag.mcap.reader import Batch, Source
+from ur5_ros.bag.mcap.reader import Batch, MessageSource
 from ur5_ros.bag.sources import compare_counts, open_sources, read_descriptions
 from ur5_ros.cdr.codec import decode
 from ur5_ros.errors import BagError, InputError, one_line
@@ -88,7 +88,7 @@ class Bag:
         """Whether nothing was found wrong or missing so far."""
         return not self._problems
 
-    def _batches(self) -> Iterator[tuple[Source, Batch]]:
+    def _batches(self) -> Iterator[tuple[MessageSource, Batch]]:
         """Yield all batches of all files; afterwards compare the counts with metadata.yaml."""
         large = sum(source.size for source in self.sources) > COMPILE_ABOVE
         index = CompiledMessageIndex() if large else index_messages

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import yaml
 
-from ur5_ros.bag.bag_folder import BagFolder, make_topic
 from ur5_ros.bag.mcap.channels import TopicInfo
 from ur5_ros.bag.mcap.chunk import Message
-from ur5_ros.bag.mcap.reader import Source
+from ur5_ros.bag.mcap.reader import MessageSource
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.reader import Bag, open_bag
+from ur5_ros.bag.rosbag2_folder import BagFolder, make_topic
 from ur5_ros.bag.run_folders import RECOVERED, UNFINISHED, bags_of_run
 from ur5_ros.config.strict_yaml import parse_yaml
 from ur5_ros.errors import BagError, InputError
@@ -151,7 +151,7 @@ def _rewrite(bag: Bag, folder: Path) -> None:
         _sync(written)
 
 
-def _messages(source: Source, copy: BagFolder,
+def _messages(source: MessageSource, copy: BagFolder,
               numbers: dict[tuple[str, str], int]) -> Iterator[list[Message]]:
     """Yield the messages of a file, their topics announced under the numbers of the copy."""
     for batch in source.batches():

@@ -5,16 +5,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ur5_ros.bag.bag_folder import DESCRIPTION_RECORD, NOTE_RECORD
-from ur5_ros.bag.mcap.reader import McapSource, Source
+from ur5_ros.bag.mcap.reader import McapReader, MessageSource
 from ur5_ros.bag.mcap.records import CHECKSUM, checksum
 from ur5_ros.bag.metadata import NAME, Information, read_metadata
+from ur5_ros.bag.rosbag2_folder import DESCRIPTION_RECORD, NOTE_RECORD
 from ur5_ros.errors import BagError, InputError
 
 Report = Callable[[str], None]
 
 
-def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequence[Source]]:
+def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequence[MessageSource]]:
     """
     Return what metadata.yaml says (None without a sound one) and the files of a bag, in order.
 
@@ -34,7 +34,7 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
 
     """
     if path.is_file():
-        return None, [McapSource(path, report)]
+        return None, [McapReader(path, report)]
     if not path.is_dir():
         raise InputError(f'{path}: no such bag; give a folder with {NAME}, or an .mcap file')
     present = sorted(path.glob('*.mcap'), key=_natural)
@@ -69,12 +69,12 @@ def _compare_files(path: Path, information: Information, present: Sequence[Path]
         report(f'{path / name}: is not named in {NAME}; it was read all the same')
 
 
-def _open_files(files: Sequence[Path], report: Report) -> list[McapSource]:
-    sources: list[McapSource] = []
+def _open_files(files: Sequence[Path], report: Report) -> list[McapReader]:
+    sources: list[McapReader] = []
     problems: list[BagError] = []
     for file in files:
         try:
-            sources.append(McapSource(file, report))
+            sources.append(McapReader(file, report))
         except BagError as problem:
             problems.append(problem)
     if not sources:
@@ -85,7 +85,7 @@ def _open_files(files: Sequence[Path], report: Report) -> list[McapSource]:
 
 
 def read_descriptions(
-    path: Path, information: Information | None, sources: Sequence[Source], report: Report,
+    path: Path, information: Information | None, sources: Sequence[MessageSource], report: Report,
 ) -> tuple[dict[str, str], dict[str, dict[str, Any]]]:
     """Return the description of a bag and its notes (name -> values), from sound records alone."""
     description: dict[str, str] = {}
@@ -125,7 +125,7 @@ def _note(values: dict[str, str]) -> dict[str, Any] | None:
         return None
 
 
-def compare_counts(path: Path, information: Information | None, sources: Sequence[Source],
+def compare_counts(path: Path, information: Information | None, sources: Sequence[MessageSource],
                    report: Report) -> None:
     """Report where metadata.yaml says other numbers of messages than were read."""
     if information is None:

@@ -9,10 +9,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ur5_ros.bag.bag_folder import BagFolder, make_topic
 from ur5_ros.bag.mcap.chunk import MAX_MESSAGE, Message
 from ur5_ros.bag.mcap.records import MESSAGE
 from ur5_ros.bag.metadata import qos_profile
+from ur5_ros.bag.rosbag2_folder import BagFolder, make_topic
 from ur5_ros.cdr.recorded_types import schema_text
 from ur5_ros.cdr.recorded_types import type_hash as hash_of_type
 from ur5_ros.errors import InputError
@@ -45,7 +45,7 @@ class BagWriter:
         Log time in one file [s]; 0 = no limit.
     max_size : int
         Size of one file [bytes]; 0 = no limit.
-    patient : bool
+    blocking : bool
         Let :meth:`write` wait for the disk instead of dropping messages: for everything that is
         no control loop.
 
@@ -57,9 +57,9 @@ class BagWriter:
     """
 
     def __init__(self, folder: Path, description: Mapping[str, str],
-                 max_duration: float = 60.0, max_size: int = 0, patient: bool = False) -> None:
+                 max_duration: float = 60.0, max_size: int = 0, blocking: bool = False) -> None:
         self.folder = Path(folder)
-        self._patient = patient
+        self._blocking = blocking
         self.failure: str | None = None
         """Why nothing is written any more, or what was wrong with a message, in one sentence."""
         self._waiting: list[Message] = []
@@ -130,7 +130,7 @@ class BagWriter:
 
         """
         waiting = self._waiting
-        while self._patient and len(waiting) >= MAX_WAITING and self._thread.is_alive():
+        while self._blocking and len(waiting) >= MAX_WAITING and self._thread.is_alive():
             time.sleep(FLUSH_PERIOD)
         if len(waiting) < MAX_WAITING:
             waiting.append((topic, log_time,

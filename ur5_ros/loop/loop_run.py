@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data import run as series
-from ur5_ros.analysis.data.run import Run, Side, States
+from ur5_ros.analysis.data.run import NodeRecord, Run, States
 from ur5_ros.loop.run_config import Plan
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, Torque
@@ -61,9 +61,9 @@ def as_run(loop: LoopRun, name: str = 'loop') -> Run:
         command=parts['total'],
         reference=loop.reference,
         parts=parts,
-        sim=Side(sim['arm'], loop.sim_arm, sim),
-        control=Side(control['arm'], loop.control_arm, control),
-        events=tuple(series.Event(event.stamp, event.kind, event.message,
+        sim=NodeRecord(sim['arm'], loop.sim_arm, sim),
+        control=NodeRecord(control['arm'], loop.control_arm, control),
+        events=tuple(series.RecordedEvent(event.stamp, event.kind, event.message,
                                   {key: json.loads(value) for key, value in event.values.items()})
                      for event in loop.events),
     )

@@ -183,7 +183,7 @@ class _Bag:
         self._hashes = {'joint_states': PayloadHash(state), 'joint_command': PayloadHash(command)}
         self._writer = BagWriter(folder / node, describe(
             node, run, arm_name, arm_text(parameters['arm']), parameters,
-            {role: topic.name for role, topic in topics.items()}, fingerprint()), patient=True)
+            {role: topic.name for role, topic in topics.items()}, fingerprint()), blocking=True)
         self._ids = {
             role: self._writer.topic(topic.name, topic.type, qos_profile(
                 reliability=topic.reliability, durability=topic.durability, depth=topic.depth))

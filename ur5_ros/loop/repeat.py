@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.data.run import Event, Run, Side
+from ur5_ros.analysis.data.run import NodeRecord, RecordedEvent, Run
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.control.controller import Controller
 from ur5_ros.errors import InputError
@@ -128,7 +128,7 @@ def recontrol(run: Run) -> Repetition:
                      found[known], side)
 
 
-def _side(run: Run, side: Side | None, what: str) -> Side:
+def _side(run: Run, side: NodeRecord | None, what: str) -> NodeRecord:
     if side is None or not side.parameters:
         raise InputError(f'{run.name}: the {what} did not record; give a run of ur5_ros with '
                          'its bag')
@@ -136,7 +136,7 @@ def _side(run: Run, side: Side | None, what: str) -> Side:
 
 
 def _played(plant: Plant, run: Run, commands: np.ndarray, by_command: bool) -> np.ndarray:
-    events: dict[int, list[Event]] = defaultdict(list)
+    events: dict[int, list[RecordedEvent]] = defaultdict(list)
     for event in run.events:
         events[event.stamp].append(event)
     found = np.full((len(run.stamp), 18), np.nan)
@@ -154,7 +154,7 @@ def _played(plant: Plant, run: Run, commands: np.ndarray, by_command: bool) -> n
     return found
 
 
-def _happen(plant: Plant, event: Event, by_command: bool) -> None:
+def _happen(plant: Plant, event: RecordedEvent, by_command: bool) -> None:
     if event.kind == 'parameter':
         name = event.values['name']
         if by_command or name != 'delay.command_periods':
@@ -164,7 +164,7 @@ def _happen(plant: Plant, event: Event, by_command: bool) -> None:
 
 
 def _compared(what: str, fed: str, stamp: np.ndarray, recorded: np.ndarray, found: np.ndarray,
-              side: Side) -> Repetition:
+              side: NodeRecord) -> Repetition:
     differs = (recorded.view(np.uint64) != found.view(np.uint64)).any(axis=1)
     first = int(np.argmax(differs)) if differs.any() else None
     difference = np.abs(recorded - found)

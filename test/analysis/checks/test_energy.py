@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ur5_ros.analysis.checks.energy import balance
-from ur5_ros.analysis.plant_integrator import _change, schemes
+from ur5_ros.analysis.plant_integrator import _change, plant_models
 from ur5_ros.analysis.validate import validate
 from ur5_ros.sim.friction import solve_friction
 
@@ -34,7 +34,7 @@ def test_clean_runs_of_any_length_and_rate_keep_the_balance(looped, rate, second
 @pytest.mark.parametrize('experiment', ['kebria_fig11', 'joint_step', 'exciting'])
 def test_friction_payload_and_held_torques_keep_it_as_well(looped, experiment, rates, sim):
     run = looped(experiment, 'ur5', 2.0, sim=sim, control_rate=rates[0], physics_rate=rates[1])
-    found = balance(run, schemes(run))
+    found = balance(run, plant_models(run))
     assert np.abs(np.cumsum(found.surplus)).max() <= 0.3 * found.discretisation + 1e-9
 
 
@@ -42,7 +42,7 @@ def test_what_the_scheme_misses_falls_with_the_square_of_the_step(looped):
     missed = []
     for rate in (250, 1000, 4000):
         run = looped('exciting', 'ur5_real', 2.0, control_rate=rate, physics_rate=rate)
-        missed.append(np.abs(np.cumsum(balance(run, schemes(run)).surplus)).max())
+        missed.append(np.abs(np.cumsum(balance(run, plant_models(run)).surplus)).max())
     for coarse, fine in zip(missed[:-1], missed[1:], strict=True):
         assert coarse / fine == pytest.approx(16.0, rel=0.1)
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.data.run import Event
-from ur5_ros.analysis.plant_integrator import Scheme, schemes
+from ur5_ros.analysis.data.run import RecordedEvent
+from ur5_ros.analysis.plant_integrator import PlantModel, plant_models
 from ur5_ros.analysis.residual import residual
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config import load_arm
@@ -61,8 +61,9 @@ def test_a_wrong_mass_fails_and_names_the_outermost_joint(simulated, link, joint
 def test_a_parameter_changed_during_the_run_acts_from_its_stamp_on(simulated):
     run = simulated(seconds=0.2)
     row = 100
-    event = Event(int(run.stamp[row]), 'parameter', '', {'name': 'gravity', 'value': [0, 0, 0]})
-    plan = schemes(replace(run, events=(event,)))
+    event = RecordedEvent(int(run.stamp[row]), 'parameter', '', {'name': 'gravity',
+                                                                 'value': [0, 0, 0]})
+    plan = plant_models(replace(run, events=(event,)))
     assert [first for first, _ in plan] == [0, row]
     found = residual(replace(run, events=(event,)), plan).torque
     assert np.abs(found[:row]).max() < 1e-9 < np.abs(found[row:]).max()
@@ -72,9 +73,9 @@ def test_the_step_across_a_reset_is_left_out(simulated):
     run = simulated(seconds=0.2)
     states = run.states._replace(q=run.states.q.copy())
     states.q[120:] += 0.5
-    event = Event(int(run.stamp[120]), 'reset', '', {})
+    event = RecordedEvent(int(run.stamp[120]), 'reset', '', {})
     broken = replace(run, states=states, events=(event,))
-    assert np.isnan(residual(broken, [(0, Scheme(run.sim.arm))]).torque[119]).all()
+    assert np.isnan(residual(broken, [(0, PlantModel(run.sim.arm))]).torque[119]).all()
 
 
 def test_another_torque_than_commanded_is_noticed(simulated):

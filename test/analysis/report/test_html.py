@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.data.run import Event
+from ur5_ros.analysis.data.run import RecordedEvent
 from ur5_ros.analysis.report.figures import PIECES, envelope, figures
 from ur5_ros.analysis.report.html import html_text, write_html
 from ur5_ros.analysis.result import Check, Result, judge
@@ -25,7 +25,7 @@ def hostile(simulated):
     run = simulated(seconds=0.3)
     side = replace(run.sim, arm_name=EVIL, versions={EVIL: EVIL}, summary={'hashes': {EVIL: EVIL}},
                    parameters={**run.sim.parameters, 'arm': EVIL, 'experiment': EVIL})
-    event = Event(int(run.stamp[3]), EVIL, EVIL, {})
+    event = RecordedEvent(int(run.stamp[3]), EVIL, EVIL, {})
     return validate(replace(run, name=EVIL, folder=EVIL, sim=side, problems=(EVIL,),
                             control=replace(run.control, arm_name=EVIL), events=(event,)))
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.plant_integrator import Scheme, path, schemes
+from ur5_ros.analysis.plant_integrator import PlantModel, path, plant_models
 from ur5_ros.analysis.residual import CHUNK, STICKING, at_stop
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
@@ -47,7 +47,7 @@ def energy_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
         why = ("the plant's friction and payload are not known" if not run.substeps else
                'no state is followed by the one a period later')
         return [not_applicable(name, why) for name in _NAMES], {}
-    found = balance(run, schemes(run))
+    found = balance(run, plant_models(run))
     total = np.cumsum(found.surplus)
     limit = marks['energy'] * found.discretisation + ROUNDING
     worst = float(np.abs(total).max())
@@ -64,7 +64,7 @@ def energy_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     ], {'surplus': total}
 
 
-def balance(run: Run, plan: list[tuple[int, Scheme]]) -> Balance:
+def balance(run: Run, plan: list[tuple[int, PlantModel]]) -> Balance:
     """
     Return energy gained against work done, period by period.
 
@@ -79,7 +79,7 @@ def balance(run: Run, plan: list[tuple[int, Scheme]]) -> Balance:
     ----------
     run : Run
         A recording of this package's simulator.
-    plan : list of (int, Scheme)
+    plan : list of (int, PlantModel)
         The scheme in force from each row on; energies of different ones are not compared.
 
     Returns
@@ -108,7 +108,7 @@ def balance(run: Run, plan: list[tuple[int, Scheme]]) -> Balance:
     return Balance(surplus, moved, cost)
 
 
-def _kicks(run: Run, scheme: Scheme, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+def _kicks(run: Run, scheme: PlantModel, rows: np.ndarray) -> tuple[np.ndarray, ...]:
     """
     Return of every physics step: energy, torque, dry friction in it, way and half the square of
     the change of velocity, weighed by M.

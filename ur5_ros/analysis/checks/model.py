@@ -6,7 +6,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.laws import largest
-from ur5_ros.analysis.plant_integrator import Scheme, schemes
+from ur5_ros.analysis.plant_integrator import PlantModel, plant_models
 from ur5_ros.analysis.residual import residual
 from ur5_ros.analysis.residual_blocks import gather
 from ur5_ros.analysis.result import Check, judge, not_applicable
@@ -45,11 +45,11 @@ def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     if run.control is None:
         checks.append(not_applicable(_NAMES[0], "the controller's arm is not recorded"))
     else:
-        found = residual(run, [(0, Scheme(run.control.arm))])
+        found = residual(run, [(0, PlantModel(run.control.arm))])
         series['residual_control'] = found.torque
         checks.append(_residual_check(
             _NAMES[0], found.torque, run, marks, f'the law ({run.control.arm_name})'))
-    found = residual(run, schemes(run))
+    found = residual(run, plant_models(run))
     series['residual_sim'] = found.torque
     checks.append(_residual_check(
         _NAMES[1], found.torque, run, marks,

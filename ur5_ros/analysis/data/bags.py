@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.data.run import Change, Event, Side
+from ur5_ros.analysis.data.run import NodeRecord, ParameterChange, RecordedEvent
 from ur5_ros.bag.arrays.columns import Columns
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import bags_of_run, is_bag
@@ -31,14 +31,14 @@ ROLES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class BagData:
     """One bag, its hot topics read."""
 
     path: Path
     node: str
     """``sim``, ``control``, ``robot`` or empty where the bag does not say."""
     run: str
-    side: Side | None
+    side: NodeRecord | None
     effort: str
     """What the effort is, where it is not the torque that acted."""
     data: dict[str, Any]
@@ -50,7 +50,7 @@ class Source:
         return role in self.data and len(self.data[role].log_time) > 0
 
 
-def open_sources(folder: Path) -> tuple[list[Source], list[str]]:
+def open_bags(folder: Path) -> tuple[list[BagData], list[str]]:
     """
     Return the bags of a run, read, and what is wrong with the run as a whole.
 
@@ -85,7 +85,7 @@ def open_sources(folder: Path) -> tuple[list[Source], list[str]]:
     return found, problems
 
 
-def _check_same_run(found: list[Source]) -> None:
+def _check_same_run(found: list[BagData]) -> None:
     named = [source for source in found if source.run]
     for source in named[1:]:
         if source.run != named[0].run:
@@ -98,7 +98,7 @@ def _check_same_run(found: list[Source]) -> None:
                              'give the bags of one run')
 
 
-def _read(bag: Bag) -> Source:
+def _read(bag: Bag) -> BagData:
     side, node, run = _side(bag)
     prefix = str(side.parameters.get('tf_prefix', '')) if side else None
     topics = _topics(bag)
@@ -118,7 +118,7 @@ def _read(bag: Bag) -> Source:
     if side is not None and not side.summary:
         problems.append(f'{bag.path}: the recording was not closed: the node was killed, or '
                         'still runs')
-    return Source(bag.path, node, run, side, bag.description.get('effort', ''), data,
+    return BagData(bag.path, node, run, side, bag.description.get('effort', ''), data,
                   tuple(problems))
 
 
@@ -181,7 +181,7 @@ def _json(bag: Bag, key: str, default: Any) -> Any:
                          'the bag is damaged') from None
 
 
-def _side(bag: Bag) -> tuple[Side | None, str, str]:
+def _side(bag: Bag) -> tuple[NodeRecord | None, str, str]:
     """Return what a bag says about its node, which node and which run it is."""
     said = bag.description
     node = said.get('node', '')
@@ -199,13 +199,13 @@ def _side(bag: Bag) -> tuple[Side | None, str, str]:
     arm = parse_arm(said['arm'], f'{bag.path}: arm')
     if node == 'robot':
         parameters['mode'] = 'unknown'
-    side = Side(said.get('arm_name', arm.name), arm, parameters, _json(bag, 'versions', {}),
+    side = NodeRecord(said.get('arm_name', arm.name), arm, parameters, _json(bag, 'versions', {}),
                 bag.notes.get('summary', {}), _json(bag, 'fingerprint', {}),
                 _changes(bag, known))
     return side, node, said.get('run', '')
 
 
-def _changes(bag: Bag, known: tuple[Parameter, ...]) -> tuple[Change, ...]:
+def _changes(bag: Bag, known: tuple[Parameter, ...]) -> tuple[ParameterChange, ...]:
     """Return the live changes of parameters that the node noted."""
     noted = bag.notes.get('parameter_changes', {}).get('changes', [])
     found = []
@@ -213,14 +213,15 @@ def _changes(bag: Bag, known: tuple[Parameter, ...]) -> tuple[Change, ...]:
         for each in noted:
             values = {name: value for name, value in each.items() if name != 'stamp'}
             checked = complete(known, values)
-            found.append(Change(int(each['stamp']), {name: checked[name] for name in values}))
+            found.append(ParameterChange(int(each['stamp']),
+                                         {name: checked[name] for name in values}))
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f'{bag.path}: its note of parameters changed while it ran cannot be '
                          f'understood ({error}); the bag is damaged') from None
     return tuple(sorted(found, key=lambda change: change.stamp))
 
 
-def events_of(source: Source) -> Iterator[Event]:
+def events_of(source: BagData) -> Iterator[RecordedEvent]:
     """
     Yield the events that a simulator's bag holds.
 
@@ -244,5 +245,5 @@ def events_of(source: Source) -> Iterator[Event]:
                 raise InputError(f'{source.path}: event {status["name"][:40]!r} has a value '
                                  'that is '
                                  'not JSON; the bag is damaged') from None
-            yield Event(stamp['sec'] * 1_000_000_000 + stamp['nanosec'], status['name'],
+            yield RecordedEvent(stamp['sec'] * 1_000_000_000 + stamp['nanosec'], status['name'],
                         status['message'], values)

@@ -5,14 +5,21 @@ from pathlib import Path
 
 import numpy as np
 
-from ur5_ros.analysis.data.bags import PART_NAMES, Source, events_of, open_sources
-from ur5_ros.analysis.data.run import PARTS, Change, Event, Run, Side, States
+from ur5_ros.analysis.data.bags import PART_NAMES, BagData, events_of, open_bags
+from ur5_ros.analysis.data.run import (
+    PARTS,
+    NodeRecord,
+    ParameterChange,
+    RecordedEvent,
+    Run,
+    States,
+)
 from ur5_ros.bag.arrays.columns import Columns
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.signals import Reference
 
-__all__ = ['PARTS', 'Change', 'Event', 'Run', 'Side', 'States', 'load_run']
+__all__ = ['PARTS', 'ParameterChange', 'RecordedEvent', 'Run', 'NodeRecord', 'States', 'load_run']
 
 
 def load_run(
@@ -44,7 +51,7 @@ def load_run(
 
     """
     folder = Path(folder)
-    sources, problems = open_sources(folder)
+    sources, problems = open_bags(folder)
     problems += [problem for source in sources for problem in source.problems]
     stated = _first(sources, 'joint_states', ('sim', 'robot', '', 'control'))
     if stated is None:
@@ -80,7 +87,7 @@ def load_run(
 _FIELDS = ('position', 'velocity', 'effort')
 
 
-def _first(sources: list[Source], role: str, order: tuple[str, ...]) -> Source | None:
+def _first(sources: list[BagData], role: str, order: tuple[str, ...]) -> BagData | None:
     ranked = sorted((source for source in sources if source.has(role)),
                     key=lambda source: order.index(source.node))
     return ranked[0] if ranked else None
@@ -124,7 +131,7 @@ def _finite(states: Columns, rows: np.ndarray, problems: list[str], path: Path) 
     return rows[:bad]
 
 
-def _common(sources: list[Source], states: Columns, rows: np.ndarray) -> np.ndarray:
+def _common(sources: list[BagData], states: Columns, rows: np.ndarray) -> np.ndarray:
     """Return the rows that every unfinished bag reaches."""
     for source in sources:
         if not source.problems or source.node != 'control':
@@ -185,7 +192,7 @@ def _answers(sources, stamp, states, rows, counts) -> dict:
     return answer
 
 
-def _reference(sources: list[Source], stamp: np.ndarray) -> Reference | None:
+def _reference(sources: list[BagData], stamp: np.ndarray) -> Reference | None:
     source = _first(sources, 'reference', ('control', 'robot', '', 'sim'))
     if source is None:
         return None
@@ -195,7 +202,7 @@ def _reference(sources: list[Source], stamp: np.ndarray) -> Reference | None:
                        for name in ('positions', 'velocities', 'accelerations')))
 
 
-def _truth(sources: list[Source], stamp: np.ndarray) -> States | None:
+def _truth(sources: list[BagData], stamp: np.ndarray) -> States | None:
     source = _first(sources, 'ground_truth', ('sim', 'robot', '', 'control'))
     if source is None:
         return None
@@ -203,7 +210,7 @@ def _truth(sources: list[Source], stamp: np.ndarray) -> States | None:
     return States(*(_aligned(stamp, columns.stamp, columns.fields[field]) for field in _FIELDS))
 
 
-def _parts(sources: list[Source], stamp: np.ndarray) -> dict[str, np.ndarray]:
+def _parts(sources: list[BagData], stamp: np.ndarray) -> dict[str, np.ndarray]:
     source = _first(sources, 'torque_parts', ('control', 'robot', '', 'sim'))
     if source is None:
         return {}
@@ -212,7 +219,7 @@ def _parts(sources: list[Source], stamp: np.ndarray) -> dict[str, np.ndarray]:
     return {part: values[:, 6 * i:6 * i + 6] for i, part in enumerate(PART_NAMES)}
 
 
-def _current(sources: list[Source], stamp: np.ndarray) -> np.ndarray | None:
+def _current(sources: list[BagData], stamp: np.ndarray) -> np.ndarray | None:
     source = _first(sources, 'motor_current', ('robot', '', 'sim', 'control'))
     if source is None:
         return None
@@ -220,13 +227,13 @@ def _current(sources: list[Source], stamp: np.ndarray) -> np.ndarray | None:
     return _aligned(stamp, columns.stamp, columns.effort)
 
 
-def _sim_side(side: Side | None, arm: str | None) -> Side | None:
+def _sim_side(side: NodeRecord | None, arm: str | None) -> NodeRecord | None:
     if side is None or arm is None:
         return side
     return replace(side, arm_name=arm, arm=load_arm(arm))
 
 
-def _control_side(side, sim, arm, control_arm, kp, kd) -> Side | None:
+def _control_side(side, sim, arm, control_arm, kp, kd) -> NodeRecord | None:
     """Return what the controller's bag says, or what the user says instead."""
     name = control_arm or (arm if sim is None else None)
     if side is None and name is None:
@@ -234,7 +241,8 @@ def _control_side(side, sim, arm, control_arm, kp, kd) -> Side | None:
     gains = {key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None}
     if side is None:
         given = complete(CONTROL_PARAMETERS, {'arm': name})
-        return Side(name, load_arm(name), given | gains | ({} if gains else {'mode': 'unknown'}))
+        unknown = {} if gains else {'mode': 'unknown'}
+        return NodeRecord(name, load_arm(name), given | gains | unknown)
     if name:
         side = replace(side, arm_name=name, arm=load_arm(name))
     changes = tuple(

@@ -183,7 +183,7 @@ def _write(read: RobotLog, log: Path, out: Path, arm: str) -> None:
     current = FixedJointState(JOINT_NAMES, fields=('effort',))
     pose = FixedPose('base')
     stamps = np.rint((read.t - read.t[0]) * 1e9).astype(np.int64) + 1_000_000
-    writer = BagWriter(out, description, max_duration=0.0, patient=True)
+    writer = BagWriter(out, description, max_duration=0.0, blocking=True)
     with writer:
         kinds = {'joint_states': 'sensor_msgs/msg/JointState',
                  'reference': 'trajectory_msgs/msg/JointTrajectory',

@@ -24,7 +24,7 @@ class States(NamedTuple):
     """Torque that acted up to this state [N m], shape (n, 6); NaN where none is recorded."""
 
 
-class Event(NamedTuple):
+class RecordedEvent(NamedTuple):
     """Something that happened to the plant."""
 
     stamp: int
@@ -37,7 +37,7 @@ class Event(NamedTuple):
     """What exactly."""
 
 
-class Change(NamedTuple):
+class ParameterChange(NamedTuple):
     """Parameters of the law that were changed while it ran."""
 
     stamp: int
@@ -47,7 +47,7 @@ class Change(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class NodeRecord:
     """What one node's bag says about the node."""
 
     arm_name: str
@@ -59,7 +59,7 @@ class Side:
     """What the node noted at its end; empty when it did not come to that."""
     fingerprint: Mapping[str, Any] = field(default_factory=dict)
     """What repeatability to the last bit depends on."""
-    changes: tuple[Change, ...] = ()
+    changes: tuple[ParameterChange, ...] = ()
     """What was changed in the parameters later, in order of time; the simulator's changes are
     events."""
 
@@ -91,9 +91,9 @@ class Run:
     """What the law followed, shapes (n, 6)."""
     parts: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Parts of the command by name of :data:`PARTS` and ``total``, each (n, 6) [N m]."""
-    sim: Side | None = None
-    control: Side | None = None
-    events: tuple[Event, ...] = ()
+    sim: NodeRecord | None = None
+    control: NodeRecord | None = None
+    events: tuple[RecordedEvent, ...] = ()
     state_time: np.ndarray | None = None
     """Wall clock at which each state was sent [ns], shape (n,)."""
     command_time: np.ndarray | None = None

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.residual_blocks import Evidence, effects, gather, sliding
+from ur5_ros.analysis.residual_blocks import SampleBlocks, effects, gather, sliding
 from ur5_ros.config import list_arms, load_arm
 from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
@@ -157,7 +157,7 @@ def _named_arms() -> dict[str, ArmParameters]:
     return {name: load_arm(name) for name in list_arms()}
 
 
-def _best_arm(seen: Evidence, arm: ArmParameters, weight) -> tuple[str, float]:
+def _best_arm(seen: SampleBlocks, arm: ArmParameters, weight) -> tuple[str, float]:
     """Return the named arm that leaves least unexplained, and how much."""
     total = float(np.sum((seen.unexplained_torque.mean(axis=1) * weight)**2))
     found = ('', np.inf)

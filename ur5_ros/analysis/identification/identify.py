@@ -8,7 +8,7 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.friction import MotorFriction, motor_friction
 from ur5_ros.analysis.identification.inertia import physical, with_parameters
-from ur5_ros.analysis.residual_blocks import SLOW, Evidence, gather
+from ur5_ros.analysis.residual_blocks import SLOW, SampleBlocks, gather
 from ur5_ros.analysis.result import plain
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics
@@ -180,7 +180,7 @@ def base_of(arm: ArmParameters, states: int = 500) -> tuple[np.ndarray, np.ndarr
     return combination, columns
 
 
-def _seen(run: Run, arm: ArmParameters) -> Evidence:
+def _seen(run: Run, arm: ArmParameters) -> SampleBlocks:
     if np.isnan(run.states.effort).all():
         raise InputError(f'{run.name}: no torques are recorded; they are needed')
     seen = gather(run, arm, BLOCKS)
@@ -189,12 +189,12 @@ def _seen(run: Run, arm: ArmParameters) -> Evidence:
     return seen
 
 
-def _cut(seen: Evidence) -> tuple[Evidence, Evidence]:
+def _cut(seen: SampleBlocks) -> tuple[SampleBlocks, SampleBlocks]:
     keep = len(seen.q) * 4 // 5
     parts: list[Any] = [[None if value is None or isinstance(value, bool) else value[rows]
               for value in seen] for rows in (slice(0, keep), slice(keep, None))]
     fit, test = (seen._replace(**{
-        field: value for field, value in zip(Evidence._fields, part, strict=True)
+        field: value for field, value in zip(SampleBlocks._fields, part, strict=True)
         if value is not None}) for part in parts)
     return fit, test
 
@@ -204,7 +204,7 @@ def _inertial_columns(q, qd, qdd, arm: ArmParameters) -> np.ndarray:
                           axis=-1)
 
 
-def _rows(seen: Evidence, arm: ArmParameters, columns: np.ndarray):
+def _rows(seen: SampleBlocks, arm: ArmParameters, columns: np.ndarray):
     """Return block means of regressor (b, 6, p) and torque (b, 6), and which rows count."""
     x = _inertial_columns(seen.q, seen.qd, seen.qdd, arm)[..., columns].mean(axis=1)
     speed, way = seen.qd_next, np.sign(seen.qd_next)
@@ -249,7 +249,7 @@ def _least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray):
     return value, error, float(s[0] / s[-1])
 
 
-def _prediction_error(seen: Evidence, arm: ArmParameters, viscous, coulomb):
+def _prediction_error(seen: SampleBlocks, arm: ArmParameters, viscous, coulomb):
     """Return error (m, 6), NaN where a joint sticks, and RMS of the torque on a run."""
     torque = inverse_dynamics(seen.q, seen.qd, seen.qdd, arm)
     torque = torque + viscous * seen.qd_next + coulomb * np.sign(seen.qd_next)

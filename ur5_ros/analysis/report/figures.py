@@ -122,9 +122,9 @@ def _tool_figures(series) -> list[Figure]:
     t = run.t
     found = []
     for key, title, made, wanted, unit in (
-            ('position', 'Tool position (Fig. 11)', tool.position, tool.wanted_position, 'm'),
+            ('position', 'Tool position (Fig. 11)', tool.position, tool.desired_position, 'm'),
             ('orientation', 'Tool orientation (Fig. 11)', tool.orientation,
-             tool.wanted_orientation, 'rad')):
+             tool.desired_orientation, 'rad')):
         names = 'xyz' if key == 'position' else ('rx', 'ry', 'rz')
         traces = []
         for i, name in enumerate(names):

@@ -31,7 +31,7 @@ class Batch(NamedTuple):
     messages: MessageIndex
 
 
-class Source(Protocol):
+class MessageSource(Protocol):
     """Where the messages of a bag come from: an MCAP file, or a folder read by others."""
 
     path: Path
@@ -51,7 +51,7 @@ class Source(Protocol):
         """Yield all messages."""
 
 
-class McapSource:
+class McapReader:
     """
     An MCAP file as a source of messages.
 

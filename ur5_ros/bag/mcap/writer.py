@@ -26,7 +26,7 @@ from ur5_ros.bag.mcap.records import MAGIC, Opcode, record_bytes
 LIBRARY = 'ur5_ros'
 
 
-class McapFile:
+class McapWriter:
     """
     An MCAP file of profile ``ros2``, as rosbag2 stores it.
 

@@ -8,7 +8,7 @@ from mcap.records import Channel, Schema
 
 from ur5_ros.bag.mcap.chunk import Message, cut
 from ur5_ros.bag.mcap.records import checked
-from ur5_ros.bag.mcap.writer import McapFile
+from ur5_ros.bag.mcap.writer import McapWriter
 from ur5_ros.bag.metadata import FileEntry, TopicEntry, describe_bag, to_yaml, write_metadata
 
 #: Names of our metadata records: the description, and in front of the name of a note.
@@ -19,7 +19,7 @@ NOTE_RECORD = 'ur5_ros/'
 ROSBAG2_RECORD = 'rosbag2'
 
 
-class Topic(NamedTuple):
+class TopicRecords(NamedTuple):
     """A topic as it is announced in every file of a bag."""
 
     schema: Schema
@@ -30,12 +30,12 @@ class Topic(NamedTuple):
 
 def make_topic(number: int, schema_id: int, name: str, schema: tuple[str, bytes],
                qos: Sequence[Mapping[str, Any]], type_hash: str,
-               schema_encoding: str = 'ros2msg', encoding: str = 'cdr') -> Topic:
+               schema_encoding: str = 'ros2msg', encoding: str = 'cdr') -> TopicRecords:
     """Return the records of a topic; ``schema`` is (type name, text)."""
     type_name, text = schema
     metadata = {'offered_qos_profiles': to_yaml([dict(profile) for profile in qos]),
                 'topic_type_hash': type_hash}
-    return Topic(Schema(id=schema_id, name=type_name, encoding=schema_encoding, data=text),
+    return TopicRecords(Schema(id=schema_id, name=type_name, encoding=schema_encoding, data=text),
                  Channel(id=number, schema_id=schema_id, topic=name, message_encoding=encoding,
                          metadata=metadata),
                  qos, type_hash)
@@ -67,7 +67,7 @@ class BagFolder:
     def __init__(self, folder: Path, name: str, description: Mapping[str, str],
                  max_duration: int = 0, max_size: int = 0) -> None:
         self.folder = folder
-        self.topics: list[Topic] = []
+        self.topics: list[TopicRecords] = []
         self.written = 0
         """Messages handed to the disk so far."""
         self._name = name
@@ -79,8 +79,8 @@ class BagFolder:
         folder.mkdir(parents=True)
         self._file = self._open()
 
-    def _open(self) -> McapFile:
-        file = McapFile(self.folder / f'{self._name}_{len(self._files)}.mcap')
+    def _open(self) -> McapWriter:
+        file = McapWriter(self.folder / f'{self._name}_{len(self._files)}.mcap')
         if self._description:
             file.note(DESCRIPTION_RECORD, checked(DESCRIPTION_RECORD, self._description))
         return file
