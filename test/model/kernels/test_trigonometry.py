@@ -3,13 +3,24 @@
 import mpmath
 import numpy as np
 import pytest
+from numba import njit
 
-from ur5_ros.model.kernels.trigonometry import arctangent, sine_cosine
+from ur5_ros.model.kernels import trigonometry
 
 EPS = np.finfo(float).eps
 ANGLES = np.concatenate([
     np.linspace(-7.0, 7.0, 1001), np.pi / 4 * np.arange(-40, 41), [0.0, 1e-300, -1e-9, 1e-5],
     np.random.default_rng(1).uniform(-1000.0, 1000.0, 500)])
+
+
+@njit
+def sine_cosine(angle):
+    return trigonometry.sine_cosine(angle)
+
+
+@njit
+def arctangent(y, x):
+    return trigonometry.arctangent(y, x)
 
 
 def test_sine_and_cosine_are_good_to_the_last_digits():

@@ -30,8 +30,10 @@ B1 = types.Array(types.boolean, 1, 'C')
 #: From this many states on the lock is released and the work is shared among threads.
 LARGE = 1024
 
-#: What helper functions of kernels are compiled with: fused multiply-add is allowed.
-inlined = njit(fastmath={'contract'}, error_model='numpy', forceinline=True)
+#: What helper functions of kernels are compiled with: fused multiply-add is allowed.  Without the
+#: wrappers, a quarter of the time to compile is saved, and only compiled code may call them.
+inlined = njit(fastmath={'contract'}, error_model='numpy', forceinline=True,
+               no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 _COMPILING = threading.RLock()
 _most_threads = 0
@@ -155,7 +157,8 @@ class _SourceCache(FunctionCache):
 
 def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Callable[..., int]:
     def new() -> Any:
-        return njit(nogil=nogil, fastmath={'contract'}, error_model='numpy')(function)
+        return njit(nogil=nogil, fastmath={'contract'}, error_model='numpy',
+                    no_cfunc_wrapper=True)(function)
 
     dispatcher = new()
     try:
