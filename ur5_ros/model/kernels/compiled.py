@@ -30,10 +30,17 @@ B1 = types.Array(types.boolean, 1, 'C')
 #: From this many states on the lock is released and the work is shared among threads.
 LARGE = 1024
 
-#: What helper functions of kernels are compiled with: fused multiply-add is allowed.  Without the
-#: wrappers, a quarter of the time to compile is saved, and only compiled code may call them.
-inlined = njit(fastmath={'contract'}, error_model='numpy', forceinline=True,
-               no_cpython_wrapper=True, no_cfunc_wrapper=True)
+#: How all is compiled: fused multiply-add is allowed, and nothing is called from C.
+_OPTIONS: dict[str, Any] = {
+    'fastmath': {'contract'}, 'error_model': 'numpy', 'no_cfunc_wrapper': True,
+}
+_HELPER_OPTIONS: dict[str, Any] = {
+    **_OPTIONS, 'forceinline': True, 'no_cpython_wrapper': True,
+}
+
+#: The decorator of the kernels' helper functions.  Without a wrapper for Python a quarter of the
+#: time to compile is saved, and only compiled code may call them.
+inlined = njit(**_HELPER_OPTIONS)
 
 _COMPILING = threading.RLock()
 _most_threads = 0
@@ -157,8 +164,7 @@ class _SourceCache(FunctionCache):
 
 def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Callable[..., int]:
     def new() -> Any:
-        return njit(nogil=nogil, fastmath={'contract'}, error_model='numpy',
-                    no_cfunc_wrapper=True)(function)
+        return njit(**_OPTIONS, nogil=nogil)(function)
 
     dispatcher = new()
     try:
