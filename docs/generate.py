@@ -1,7 +1,8 @@
-"""Write docs/reference/parameters.md and cli.md from the code; test/docs compares them."""
+"""Write pages of docs/reference from the code; test/docs compares them."""
 
 from pathlib import Path
 
+from python_page import page as python
 from typer.main import get_command
 
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS, Parameter
@@ -76,7 +77,7 @@ def _option(parameter) -> str:
     return f'| `{name.replace("|", "/")}` | {text} | {shown} |'
 
 
-PAGES = {'parameters.md': parameters, 'cli.md': cli}
+PAGES = {'parameters.md': parameters, 'cli.md': cli, 'python.md': python}
 
 
 def main() -> None:

@@ -16,6 +16,15 @@ class InputError(ValueError):
 
     Command lines and nodes print it without a traceback and exit with code 2.
 
+    Examples
+    --------
+    >>> from ur5_ros import InputError, load_arm
+    >>> try:
+    ...     load_arm('ur6')
+    ... except InputError as error:
+    ...     print(str(error)[:17])
+    unknown arm 'ur6'
+
     """
 
 

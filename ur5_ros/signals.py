@@ -40,6 +40,15 @@ class ArmState(NamedTuple):
     State of the arm at the start of a control period.
 
     Angles are the manufacturer's, q_UR; the effort is the one that acted during the period before.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import ArmState
+    >>> state = ArmState(stamp=2_000_000, q=np.zeros(6), qd=np.zeros(6), effort=np.zeros(6))
+    >>> state.q.shape
+    (6,)
+
     """
 
     stamp: int
@@ -53,7 +62,17 @@ class ArmState(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """What the law is asked to follow at one instant, in the manufacturer's angles."""
+    """
+    What the law is asked to follow at one instant, in the manufacturer's angles.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import Reference
+    >>> Reference(q=np.full(6, 0.1), qd=np.zeros(6), qdd=np.zeros(6)).q.shape
+    (6,)
+
+    """
 
     q: np.ndarray
     """Wanted joint positions [rad], shape (..., 6)."""
@@ -64,7 +83,18 @@ class Reference(NamedTuple):
 
 
 class Torque(NamedTuple):
-    """Commanded joint torque and the parts that it is the sum of, each of shape (6,) [N m]."""
+    """
+    Commanded joint torque and the parts that it is the sum of, each of shape (6,) [N m].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import Torque
+    >>> inertial, feedback, coriolis, gravity = np.eye(4, 6)
+    >>> Torque(np.ones(6), inertial, feedback, coriolis, gravity)._fields
+    ('total', 'inertial', 'feedback', 'coriolis', 'gravity')
+
+    """
 
     total: np.ndarray
     """The command: the sum of the parts, after the law's own limits."""

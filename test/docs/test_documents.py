@@ -129,7 +129,7 @@ def test_a_test_that_a_page_names_exists():
     assert not missing
 
 
-@pytest.mark.parametrize('name', ['parameters.md', 'cli.md'])
+@pytest.mark.parametrize('name', ['parameters.md', 'cli.md', 'python.md'])
 def test_the_generated_reference_is_current(name):
     generate = load('generate', ROOT / 'docs/generate.py')
     page = ROOT / 'docs/reference' / name

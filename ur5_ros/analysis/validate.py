@@ -48,6 +48,14 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
     InputError
         If the recording contradicts itself, such as gains that make no stable loop.
 
+    Examples
+    --------
+    >>> from ur5_ros import load_run, run_closed_loop, run_config, validate
+    >>> _ = run_closed_loop(run_config('joint_step', duration=0.5), folder='judged')
+    >>> result = validate(load_run('judged'))
+    >>> result.verdict, result.passed
+    ('pass', True)
+
     """
     marks = marks or load_marks()
     law, law_series = law_checks(run, marks)

@@ -42,6 +42,14 @@ def open_bag(path: Path | str) -> 'Bag':
     InputError
         If there is no such folder, or it needs a package that is not installed.
 
+    Examples
+    --------
+    >>> from ur5_ros import open_bag, run_closed_loop, run_config
+    >>> _ = run_closed_loop(run_config('joint_step', duration=0.5), folder='opened')
+    >>> bag = open_bag('opened/sim')
+    >>> bag.topics['/joint_states'], bag.joint_states('/joint_states').position.shape
+    ('sensor_msgs/msg/JointState', (500, 6))
+
     """
     return Bag(Path(path))
 

@@ -108,6 +108,13 @@ def load_arm(name: str) -> ArmParameters:
     InputError
         If there is no such arm, or its file has a missing, unknown or non-physical value.
 
+    Examples
+    --------
+    >>> from ur5_ros import load_arm
+    >>> arm = load_arm('ur5')
+    >>> arm.name, arm.mass.shape
+    ('ur5', (6,))
+
     """
     path = _arm_path(name)
     return _arm_record(read_yaml(path), str(path))

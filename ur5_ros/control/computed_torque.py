@@ -48,6 +48,17 @@ def computed_torque(
     InputError
         If an array is not of shape (6,), or a number is not finite.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import ArmState, Gains, Reference, computed_torque, load_arm
+    >>> q, zero = np.array([0.3, -1.2, 1.5, -1.9, -1.4, 0.2]), np.zeros(6)
+    >>> gains = Gains(kp=100.0 * np.eye(6), kd=20.0 * np.eye(6))
+    >>> torque = computed_torque(ArmState(0, q, zero, zero), Reference(q + 0.01, zero, zero),
+    ...                          load_arm('ur5'), gains)
+    >>> bool(np.allclose(torque.total, torque.feedback + torque.gravity))
+    True
+
     """
     torque = np.empty((5, 6))
     given: tuple[np.ndarray, ...] = (state.q, state.qd, state.q, *reference)

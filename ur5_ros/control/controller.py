@@ -75,6 +75,21 @@ class Controller:
     InputError
         If a parameter, the arm or the experiment is refused.
 
+    Examples
+    --------
+    >>> from ur5_ros import JOINT_NAMES, Controller, Plant, load_arm
+    >>> arm = load_arm('ur5')
+    >>> plant, controller = Plant(arm), Controller(arm, {'kp': 100.0, 'kd': 20.0})
+    >>> state = plant.state
+    >>> torque = controller.update(state).torque
+    >>> controller.target_joints(JOINT_NAMES, state.q + 0.1)
+    >>> for _ in range(2000):
+    ...     state = plant.step(torque.total)
+    ...     torque = controller.update(state).torque
+    >>> controller.status()['state']
+    'holding'
+    >>> plant.close()
+
     """
 
     def __init__(self, arm: ArmParameters, parameters: Mapping[str, Any] | None = None,

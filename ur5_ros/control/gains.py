@@ -9,7 +9,17 @@ from ur5_ros.errors import InputError
 
 
 class Gains(NamedTuple):
-    """Position and velocity gain as matrices, checked by :func:`gains_from`."""
+    """
+    Position and velocity gain as matrices, checked by :func:`gains_from`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import Gains
+    >>> Gains(kp=100.0 * np.eye(6), kd=20.0 * np.eye(6)).kp.shape
+    (6, 6)
+
+    """
 
     kp: np.ndarray
     """Position gain, shape (6, 6): [1/s^2], or [N m/rad] in the modes without M."""

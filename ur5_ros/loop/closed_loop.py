@@ -14,7 +14,7 @@ from ur5_ros.signals import ArmState, Reference
 from ur5_ros.sim.plant import Plant
 
 
-def run_closed_loop(plan: Plan, folder: Path | None = None) -> LoopRun:
+def run_closed_loop(plan: Plan, folder: Path | str | None = None) -> LoopRun:
     """
     Run plant and law against each other for the duration of a plan.
 
@@ -24,7 +24,7 @@ def run_closed_loop(plan: Plan, folder: Path | None = None) -> LoopRun:
     ----------
     plan : Plan
         Parameters of both sides.
-    folder : Path, optional
+    folder : path, optional
         Run folder to record into, ``sim`` and ``control`` as the nodes do; nothing is recorded
         if not given.
 
@@ -38,10 +38,19 @@ def run_closed_loop(plan: Plan, folder: Path | None = None) -> LoopRun:
     InputError
         If a parameter is refused, or the folder exists.
 
+    Examples
+    --------
+    >>> from ur5_ros import load_run, run_closed_loop, run_config, validate
+    >>> run = run_closed_loop(run_config('joint_step', duration=0.5), folder='step')
+    >>> run.q.shape
+    (500, 6)
+    >>> validate(load_run('step')).verdict
+    'pass'
+
     """
     run = rollout(plan) or full_loop(plan)
     if folder is not None:
-        record(run, folder)
+        record(run, Path(folder))
     return run
 
 

@@ -65,6 +65,13 @@ def run_config(
     InputError
         If a name is unknown, a value out of range, or the rates do not divide.
 
+    Examples
+    --------
+    >>> from ur5_ros import run_config
+    >>> config = run_config('joint_step', arm='ur5', control_rate=500, duration=0.5)
+    >>> config.duration, config.sim['control_rate'], config.control['experiment']
+    (0.5, 500, 'joint_step')
+
     """
     control_arm = arm if control_arm is None else control_arm
     spec = _experiment(experiment)

@@ -42,6 +42,14 @@ def inertia_matrix(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     InputError
         If ``q`` has another shape or holds a number that is not finite.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import inertia_matrix, load_arm
+    >>> M = inertia_matrix([0.3, -1.2, 1.5, -1.9, -1.4, 0.2], load_arm('ur5'))
+    >>> bool(np.allclose(M, M.T)), bool(np.linalg.eigvalsh(M).min() > 0.0)
+    (True, True)
+
     """
     m = empty(_MATRIX)
     try:
@@ -76,6 +84,14 @@ def coriolis_matrix(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.nda
     InputError
         If an argument has another shape or holds a number that is not finite.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import coriolis_matrix, load_arm
+    >>> q, qd = np.array([0.3, -1.2, 1.5, -1.9, -1.4, 0.2]), np.full(6, 0.5)
+    >>> (coriolis_matrix(q, qd, load_arm('ur5')) @ qd).shape
+    (6,)
+
     """
     return dynamics_terms(q, qd, arm)[1]
 
@@ -102,6 +118,13 @@ def gravity_torque(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     ------
     InputError
         If ``q`` has another shape or holds a number that is not finite.
+
+    Examples
+    --------
+    >>> from ur5_ros import gravity_torque, load_arm
+    >>> g = gravity_torque([0.0, 0.0, 0.0, 0.0, 0.0, 0.0], load_arm('ur5'))
+    >>> abs(g).argmax()  # the shoulder carries the stretched arm
+    np.int64(1)
 
     """
     g = empty(6)
@@ -135,6 +158,16 @@ def dynamics_terms(
     ------
     InputError
         If an argument has another shape or holds a number that is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import dynamics_terms, inverse_dynamics, load_arm
+    >>> arm = load_arm('ur5')
+    >>> q, qd, qdd = np.array([0.3, -1.2, 1.5, -1.9, -1.4, 0.2]), np.full(6, 0.5), np.ones(6)
+    >>> M, C, g = dynamics_terms(q, qd, arm)
+    >>> bool(np.allclose(M @ qdd + C @ qd + g, inverse_dynamics(q, qd, qdd, arm)))
+    True
 
     """
     m, c, g = empty(_MATRIX), empty(_MATRIX), empty(6)
@@ -173,6 +206,13 @@ def inverse_dynamics(
     InputError
         If an argument has another shape or holds a number that is not finite.
 
+    Examples
+    --------
+    >>> from ur5_ros import inverse_dynamics, load_arm
+    >>> q, qd, qdd = [0.3, -1.2, 1.5, -1.9, -1.4, 0.2], [0.0] * 6, [1.0] * 6
+    >>> inverse_dynamics(q, qd, qdd, load_arm('ur5')).shape
+    (6,)
+
     """
     tau = empty(6)
     try:
@@ -209,6 +249,15 @@ def forward_dynamics(
     ------
     InputError
         If an argument has another shape or holds a number that is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import forward_dynamics, gravity_torque, load_arm
+    >>> arm, q = load_arm('ur5'), np.array([0.3, -1.2, 1.5, -1.9, -1.4, 0.2])
+    >>> qdd = forward_dynamics(q, np.zeros(6), gravity_torque(q, arm), arm)
+    >>> bool(np.abs(qdd).max() < 1e-12)  # the arm stays where it is
+    True
 
     """
     qdd = empty(6)

@@ -89,6 +89,14 @@ def inverse_kinematics(
     InputError
         If ``T`` is no rigid transform or a number is not finite.
 
+    Examples
+    --------
+    >>> from ur5_ros import forward_kinematics, inverse_kinematics, load_arm
+    >>> arm = load_arm('ur5')
+    >>> pose = forward_kinematics([0.3, -1.2, 1.5, -1.9, -1.4, 0.2], arm)
+    >>> inverse_kinematics(pose, arm).q.shape
+    (8, 6)
+
     """
     free = _ZERO if q6 is None and q_near is None else _free_angle(q6, q_near)
     q = empty((8, 6))
@@ -134,6 +142,16 @@ def inverse_kinematics_batch(
     InputError
         If a pose is no rigid transform or a number is not finite.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import forward_kinematics, inverse_kinematics_batch, load_arm
+    >>> arm = load_arm('ur5')
+    >>> poses = forward_kinematics(np.random.default_rng(1).uniform(-3.0, 3.0, (100, 6)), arm)
+    >>> q, valid = inverse_kinematics_batch(poses, arm)
+    >>> q.shape, bool(valid.any(axis=1).all())
+    ((100, 8, 6), True)
+
     """
     poses = finite_array('T', T, (4, 4))
     lead = poses.shape[:-2]
@@ -177,6 +195,14 @@ def nearest_solution(
     ------
     InputError
         If the pose is out of reach, no rigid transform, or the limits exclude every branch.
+
+    Examples
+    --------
+    >>> from ur5_ros import forward_kinematics, load_arm, nearest_solution
+    >>> arm = load_arm('ur5')
+    >>> q = [0.3, -1.2, 1.5, -1.9, -1.4, 0.2]
+    >>> nearest_solution(forward_kinematics(q, arm), q, arm, arm.limits).round(6)
+    array([ 0.3, -1.2,  1.5, -1.9, -1.4,  0.2])
 
     """
     q_near = finite_array('q_near', q_near, (6,))

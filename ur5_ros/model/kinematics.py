@@ -40,6 +40,12 @@ def forward_kinematics(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     InputError
         If ``q`` has another shape or holds a number that is not finite.
 
+    Examples
+    --------
+    >>> from ur5_ros import forward_kinematics, load_arm
+    >>> forward_kinematics([0.0, 0.0, 0.0, 0.0, 0.0, 0.0], load_arm('ur5'))[:3, 3].round(5)
+    array([-0.81725, -0.19145, -0.00549])
+
     """
     t = empty((4, 4))
     try:
@@ -73,6 +79,12 @@ def link_transforms(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     InputError
         If ``q`` has another shape or holds a number that is not finite.
 
+    Examples
+    --------
+    >>> from ur5_ros import link_transforms, load_arm
+    >>> link_transforms([0.0, -1.5, 1.5, 0.0, 0.0, 0.0], load_arm('ur5')).shape
+    (6, 4, 4)
+
     """
     return apply(kernels.links, [('q', q, _SIX)], [arm.constants], [(6, 4, 4)])[0]
 
@@ -99,6 +111,15 @@ def jacobian(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     ------
     InputError
         If ``q`` has another shape or holds a number that is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import jacobian, load_arm
+    >>> q, qd = np.array([0.3, -1.2, 1.5, -1.9, -1.4, 0.2]), np.full(6, 0.1)
+    >>> twist = jacobian(q, load_arm('ur5')) @ qd
+    >>> twist.shape
+    (6,)
 
     """
     j = empty((6, 6))
@@ -130,6 +151,13 @@ def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarr
     ------
     InputError
         If an argument has another shape or holds a number that is not finite.
+
+    Examples
+    --------
+    >>> from ur5_ros import jacobian_rate, load_arm
+    >>> q, qd = [0.3, -1.2, 1.5, -1.9, -1.4, 0.2], [0.1] * 6
+    >>> jacobian_rate(q, qd, load_arm('ur5')).shape
+    (6, 6)
 
     """
     return apply(kernels.jacobian_rate, [('q', q, _SIX), ('qd', qd, _SIX)], [arm.constants],

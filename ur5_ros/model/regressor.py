@@ -78,6 +78,13 @@ def dynamics_regressor(
     InputError
         If an argument has another shape or holds a number that is not finite.
 
+    Examples
+    --------
+    >>> from ur5_ros import dynamics_regressor, load_arm
+    >>> q, qd, qdd = [0.3, -1.2, 1.5, -1.9, -1.4, 0.2], [0.5] * 6, [1.0] * 6
+    >>> dynamics_regressor(q, qd, qdd, load_arm('ur5')).shape
+    (6, 60)
+
     """
     q, qd, qdd = np.broadcast_arrays(*(finite_array(name, x, (6,)) for name, x in
                                        (('q', q), ('qd', qd), ('qdd', qdd))))

@@ -64,6 +64,19 @@ class Plant:
         If a parameter is refused, the rates do not fit, the arm cannot be simulated or starts
         beyond a stop.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import Plant, gravity_torque, load_arm
+    >>> arm = load_arm('ur5')
+    >>> start = [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]
+    >>> plant = Plant(arm, {'control_rate': 500, 'initial_positions': start})
+    >>> for _ in range(500):
+    ...     state = plant.step(gravity_torque(plant.state.q, arm))
+    >>> state.stamp, bool(np.abs(state.qd).max() < 1e-6)
+    (1002000000, True)
+    >>> plant.close()
+
     """
 
     def __init__(self, arm: ArmParameters, parameters: Mapping[str, Any] | None = None):
