@@ -4,7 +4,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
-from ur5_ros.control.computed_torque import computed_torque, gains_from
+from ur5_ros.control.computed_torque import computed_torque
+from ur5_ros.control.gains import gains_from
 from ur5_ros.model.dynamics import forward_dynamics, inverse_dynamics
 from ur5_ros.signals import ArmState, Reference
 

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from ur5_ros.control.computed_torque import computed_torque
 from ur5_ros.control.controller import controller_from_parameters
+from ur5_ros.control.gains import gains_from
+from ur5_ros.control.joint_trajectory import TrajectoryPoint
+from ur5_ros.control.tolerances import JointTolerance
+from ur5_ros.control.torque_limits import limit_torque
 from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES, ArmState
 
@@ -154,10 +159,6 @@ def test_the_status_is_made_of_numbers_and_texts():
         controller.update(state(1))
 
 
-class OnlyTheLongWay:
-    possible = False
-
-
 def mishap(rng, k):
     """Return the state of period k: mostly near home, now and then what a robot should not do."""
     q, qd = HOME + 0.02 * rng.standard_normal(6), 0.1 * rng.standard_normal(6)
@@ -185,25 +186,50 @@ def outcome(controller, given):
             *(part.tobytes() for part in answer.reference))
 
 
+def accepts(request, *arguments):
+    try:
+        request(JOINT_NAMES, *arguments)
+    except InputError:
+        return False
+    return True
+
+
+UNLIMITED = [JointTolerance(name, -1.0, -1.0, -1.0) for name in JOINT_NAMES]
+
+
 @pytest.mark.parametrize('seed', range(4))
 @pytest.mark.parametrize('gain', [10.0, 4000.0])  # the greater one meets the effort limits
-def test_the_quick_way_of_an_ordinary_period_and_the_long_one_cannot_be_told_apart(seed, gain):
-    given = {'kp': [gain], 'kd': [2.0 * gain ** 0.5], 'experiment': ''}
-    quick, long = controller_from_parameters(given, RATE), controller_from_parameters(given, RATE)
-    long._ordinary = OnlyTheLongWay()
+@pytest.mark.parametrize('given', [{}, {'effort_convention': 'gravity_excluded'},
+                                   {'torque_rate_limit': 1e4}], ids=str)
+def test_a_period_with_all_checks_and_one_without_give_equal_bits(seed, gain, given):
+    given = {'kp': [gain], 'kd': [2.0 * gain ** 0.5], 'experiment': ''} | given
+    plain, watched = (controller_from_parameters(given, RATE) for _ in range(2))
     rng = np.random.default_rng(seed)
-    asked = 0
+    compared = limited = 0
     for k in range(1, 600):
         at = k + (600 if k == 300 else 0)  # once the clock jumps ahead, and then back
         now = mishap(rng, at)
-        assert outcome(quick, now) == outcome(long, now)
-        if quick.last[1] is None:
+        assert outcome(plain, now) == outcome(watched, now)
+        if plain.last[1] is None:
             continue
-        asked += quick._ordinary.torque(now, now, quick.last[1].reference) is not None
-        if k % 150 == 1:
-            goal = HOME + 0.3 * rng.random()
-            for controller in (quick, long):
-                controller.target_joints(JOINT_NAMES, goal)
-    told, expected = quick.status(), long.status()
-    assert told == expected
-    assert asked > 100 if gain == 10.0 else told['limited_periods'] > 100
+        if k % 60 == 1:
+            points = [TrajectoryPoint(2_000_000_000, (HOME + 0.3 * rng.random()).tolist())]
+            # a goal with tolerances has every period checked
+            assert accepts(plain.joint_trajectory, points) == accepts(
+                watched.follow_joint_trajectory, points, 0, UNLIMITED, UNLIMITED, -1.0)
+        believed, output = plain.last
+        if 'torque_rate_limit' in given:
+            continue
+        whole = computed_torque(believed, output.reference, plain.arm,
+                                gains_from(given['kp'], given['kd']))
+        added = whole.gravity if given.get('effort_convention') else np.zeros(6)
+        total = whole.total if not added.any() else sum(whole[1:4])
+        total, names = limit_torque(total, added, plain.arm.limits.effort, np.zeros(6), np.inf)
+        assert output.limited == names
+        assert output.torque.total.tobytes() == total.tobytes()
+        compared, limited = compared + 1, limited + bool(names)
+    status = plain.status()
+    del status['detail']
+    assert status.items() <= watched.status().items()
+    assert 'torque_rate_limit' in given or compared > 300
+    assert gain == 10.0 or status['limited_periods'] > 100

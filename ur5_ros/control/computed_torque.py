@@ -2,16 +2,98 @@
 
 import numpy as np
 
-from ur5_ros.control import law_kernel
-from ur5_ros.control.gains import Gains, error_poles, gains_from
+from ur5_ros.control import kernel
+from ur5_ros.control.gains import Gains
 from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
 
-_NAMES = ('state.q', 'state.qd', 'state.q', 'reference.q', 'reference.qd', 'reference.qdd')
+#: Modes and their numbers in the kernel.
+MODES = {'computed_torque': kernel.COMPUTED_TORQUE, 'impedance': kernel.IMPEDANCE,
+         'gravity_pd': kernel.GRAVITY_PD, 'pd': kernel.PD}
+#: Modes in which the gains are [N m/rad] and [N m s/rad], not weighed by M.
+UNWEIGHTED_MODES = ('impedance', 'gravity_pd', 'pd')
 
-__all__ = ['Gains', 'computed_torque', 'error_poles', 'gains_from']
+#: More than all positions [rad] and speeds [rad/s] of an arm together.
+LARGEST_STATE = 1e6
+
+_ARGUMENTS = ('state.q', 'state.qd', 'state.q', 'reference.q', 'reference.qd', 'reference.qdd')
+_ZERO = np.zeros(6)
+_ZERO.flags.writeable = False
+
+
+class TorqueLaw:
+    """
+    The law of a mode with its constants, packed for the compiled kernel.
+
+    ``computed_torque`` is eq (11).  ``pd``: -Kp e - Kd e'.  ``gravity_pd``: the same and g(q),
+    what most robots run.  ``impedance``: the same, M qdd* and C qd as well, so that the arm
+    yields like a spring of stiffness Kp about a reference that it would follow by itself.
+
+    Parameters
+    ----------
+    mode : str
+        A key of :data:`MODES`.
+    arm : ArmParameters
+        The model that the law uses, with its limits.
+    gains : Gains
+        KP, KD.
+    gravity_excluded : bool
+        Whether the robot adds g(q) itself: the total is then without it, and the effort limits
+        hold for the sum.
+    max_state_jump : float
+        Largest distance of a joint between two states [rad].
+
+    """
+
+    def __init__(self, mode: str, arm: ArmParameters, gains: Gains,
+                 gravity_excluded: bool = False, max_state_jump: float = np.inf) -> None:
+        limits, largest = arm.limits, LARGEST_STATE / 13.0  # of six positions and six speeds
+        lower, upper, speed = np.clip([limits.lower, limits.upper, limits.velocity],
+                                      -largest, largest)
+        bounds = np.concatenate([lower, upper, speed, limits.effort, [max_state_jump]])
+        self.constants = (kernel.pack(MODES[mode], arm, gains, gravity_excluded, bounds),
+                          np.empty(kernel.WORK))
+        """Arguments of :func:`ur5_ros.control.kernel.law` between the input and the output."""
+        kernel.law.prepare()
+
+    def __call__(self, state: ArmState, q_before: np.ndarray, reference: Reference,
+                 torque_before: np.ndarray = _ZERO, largest_change: float = np.inf,
+                 ) -> tuple[np.ndarray, int]:
+        """
+        Return the torque before any limit, and which bounds it or the state exceeds.
+
+        Parameters
+        ----------
+        state : ArmState
+            Measured state.
+        q_before : numpy.ndarray, shape (6,)
+            Positions in the state before [rad].
+        reference : Reference
+            What to follow.
+        torque_before : numpy.ndarray, shape (6,)
+            The command before [N m].
+        largest_change : float
+            Largest change of a joint torque since then [N m].
+
+        Returns
+        -------
+        numpy.ndarray, shape (5, 6)
+            Rows as :class:`ur5_ros.signals.Torque` names them [N m].
+        int
+            Bits of :mod:`ur5_ros.control.kernel`; 0 where nothing is out of bounds.
+
+        """
+        torque = np.empty((5, 6))
+        try:
+            return torque, kernel.law.single(state.q, state.qd, q_before, *reference,
+                                             torque_before, largest_change, *self.constants,
+                                             torque)
+        except TypeError:  # other arrays than contiguous ones of float64
+            arrays = _checked(state, q_before, reference)
+            return torque, kernel.law.run(
+                1, arrays, (torque_before, largest_change, *self.constants), [torque])
 
 
 def computed_torque(
@@ -32,9 +114,9 @@ def computed_torque(
     state : ArmState
         Measured positions [rad] and velocities [rad/s], manufacturer's angles.
     reference : Reference
-        Wanted positions [rad], velocities [rad/s] and accelerations [rad/s^2].
+        Desired positions [rad], velocities [rad/s] and accelerations [rad/s^2].
     arm : ArmParameters
-        The arm that the law believes in.
+        The model that the law uses.
     gains : Gains
         KP [1/s^2] and KD [1/s].
 
@@ -61,18 +143,24 @@ def computed_torque(
 
     """
     torque = np.empty((5, 6))
-    given: tuple[np.ndarray, ...] = (state.q, state.qd, state.q, *reference)
-    beside = (arm.constants, arm.angle_offset, gains.kp, gains.kd, law_kernel.UNBOUNDED,
-              np.empty(law_kernel.WORK))
+    packed = kernel.pack(kernel.COMPUTED_TORQUE, arm, gains, False, kernel.UNBOUNDED)
+    constants = (_ZERO, np.inf, packed, np.empty(kernel.WORK))
     try:
-        special = law_kernel.law.single(*given, *beside, torque)
+        code = kernel.law.single(state.q, state.qd, state.q, *reference, *constants, torque)
     except TypeError:  # not compiled yet, or other arrays than contiguous ones of float64
-        given = tuple(finite_array(name, array, (6,))
-                      for name, array in zip(_NAMES, given, strict=True))
-        special = law_kernel.law.run(1, given, beside, [torque])
-    if special:
-        for name, array in zip(_NAMES, given, strict=True):
-            finite_array(name, array, (6,))
-        raise InputError('state and reference give a torque that is not finite; give smaller '
-                         'numbers')
+        code = kernel.law.run(1, _checked(state, state.q, reference), constants, [torque])
+    if code:
+        _checked(state, state.q, reference)
+        raise not_finite()
     return Torque(*torque)
+
+
+def not_finite() -> InputError:
+    """Return the error for a torque that is not finite."""
+    return InputError('state and reference give a torque that is not finite; give smaller numbers')
+
+
+def _checked(state: ArmState, q_before: np.ndarray, reference: Reference) -> list[np.ndarray]:
+    """Return the arrays for the kernel, refused by name where one is wrong."""
+    return [finite_array(name, array, (6,)) for name, array in zip(
+        _ARGUMENTS, (state.q, state.qd, q_before, *reference), strict=True)]

@@ -1,4 +1,4 @@
-"""The controller under the node: states in, torques out, motions begun on request."""
+"""The controller under the node: states in, torques out, trajectories on request."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -8,13 +8,13 @@ import numpy as np
 from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, complete
-from ur5_ros.control import planning as plans
+from ur5_ros.control import planning
+from ur5_ros.control.computed_torque import not_finite
 from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
-from ur5_ros.control.law import torque_of, warm_up, within_limits
-from ur5_ros.control.ordinary import OrdinaryPeriods
+from ur5_ros.control.kernel import GRAVITY, NOT_FINITE, STATE, TOTAL
 from ur5_ros.control.output import (
     HOLDING,
     MOVING,
@@ -26,12 +26,16 @@ from ur5_ros.control.output import (
 )
 from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
-from ur5_ros.control.state_validation import StateStatus, StateValidator, bounds, joint_beyond
+from ur5_ros.control.state_validation import StateStatus, StateValidator, joint_beyond
 from ur5_ros.control.takeover import plan_autostart, plan_rest
 from ur5_ros.control.tolerances import JointTolerance, Verdict, resolve_tolerances
+from ur5_ros.control.torque_limits import limit_torque
 from ur5_ros.errors import InputError
+from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.signals import JOINT_NAMES, ArmState
+from ur5_ros.signals import JOINT_NAMES, ArmState, Reference
+
+_ZERO = np.zeros(6)
 
 
 def controller_from_parameters(
@@ -104,17 +108,16 @@ class Controller:
             self.experiment = experiment_trajectory(
                 load_experiment(self.parameters['experiment']), self.arm,
                 self._settings.control_rate, self._settings.singularity_margin)
-        self._gate = StateValidator()
-        self._bounds = bounds(self.arm.limits)
-        self._timeline = TrajectoryExecutor()
+        self._law = self._settings.law()
+        self._validator = StateValidator()
+        self._executor = TrajectoryExecutor()
         self._goals = GoalWatch(self._names)
-        self._answer: ControlOutput | None = None
+        self._output: ControlOutput | None = None
         self._waiting = True
         self._beyond = False
         self._stopped = self._refused = self._last_refusal = ''
         self._counts = {'refused_inputs': 0, 'unbelieved_states': 0, 'limited_periods': 0}
-        warm_up(self.arm, self._settings.gains)
-        self._ordinary = OrdinaryPeriods(self._settings)
+        inverse_kinematics_batch(np.eye(4)[None], self.arm)  # compiled before a target needs it
 
     def update(self, state: ArmState) -> ControlOutput:
         """
@@ -123,85 +126,101 @@ class Controller:
         Parameters
         ----------
         state : ArmState
-            The newest state; the same stamp again gives the same answer and moves nothing on.
+            The newest state; the same stamp again gives the same output and changes nothing.
 
         Returns
         -------
-        Answer
+        ControlOutput
             Torque, reference, status.
 
         Raises
         ------
         InputError
-            If the state cannot be answered: it is not finite and nothing came before it, or too
-            many in a row were not believed.
+            If the state cannot be answered: it is not finite and there was none before it, too
+            many in a row were not believed, or the torque is not finite.
 
         """
-        last, stamp, settings = self._answer, state.stamp, self._settings
-        if last is not None:
-            if stamp == last.stamp:
-                return last
-            if (answer := self._ordinary_answer(state)) is not None:
-                return answer
-        arrival = self._gate.take(state, settings.max_state_jump)
-        if arrival is StateStatus.FOLLOWS:
-            self._watch_limits(state)
-        elif arrival is StateStatus.UNBELIEVED:
-            self._counts['unbelieved_states'] += 1
-            state = self._gate.last or state
+        stamp, last = state.stamp, self._output
+        if last is not None and stamp == last.stamp:
+            return last
+        code, before = STATE, self._validator.predecessor(stamp)
+        if before is not None and not self._goals.active:
+            reference, parts, code = self._evaluate(state, before.q, stamp, last)
+        if code & STATE:
+            state, last = self._check(state)
+            reference, parts, code = self._evaluate(state, state.q, stamp, last)
         else:
-            self._take_over(state, arrival)
+            self._validator.accept(state, StateStatus.FOLLOWS)
+            self._beyond = False
+        limited = self._limit(parts, code, stamp, last) if code & ~STATE else ''
+        if self._settings.gravity_excluded:
+            parts[GRAVITY] = 0.0
+        self._waiting = False
+        self._output = ControlOutput(stamp, parts, reference, self._status(), limited)
+        return self._output
+
+    def _evaluate(self, state: ArmState, q_before: np.ndarray, stamp: int,
+                  last: ControlOutput | None) -> tuple[Reference, np.ndarray, int]:
+        """Return the reference, the torque with its parts, and which bounds are exceeded."""
+        reference = self._executor.at(stamp, self._settings.motion_limits)
+        return reference, *self._law(state, q_before, reference, *self._rate_limit(stamp, last))
+
+    def _rate_limit(self, stamp: int, last: ControlOutput | None) -> tuple[np.ndarray, float]:
+        """Return the command before and the largest change since then [N m]."""
+        rate = self._settings.torque_rate_limit
+        if last is None or rate == np.inf:
+            return _ZERO, np.inf
+        return last.parts[TOTAL], rate * (stamp - last.stamp) * 1e-9
+
+    def _limit(self, parts: np.ndarray, code: int, stamp: int,
+               last: ControlOutput | None) -> str:
+        """Scale the command to the limits that it exceeds; return their names."""
+        if code & NOT_FINITE:
+            raise not_finite()
+        added = parts[GRAVITY] if self._settings.gravity_excluded else _ZERO
+        parts[TOTAL], limited = limit_torque(parts[TOTAL], added, self.arm.limits.effort,
+                                             *self._rate_limit(stamp, last))
+        self._counts['limited_periods'] += bool(limited)
+        return limited
+
+    def _check(self, state: ArmState) -> tuple[ArmState, ControlOutput | None]:
+        """Return the state to answer and the output before; None where a new motion starts."""
+        last = self._output
+        status = self._validator.take(state, self._settings.max_state_jump)
+        stamp = state.stamp
+        if status is StateStatus.FOLLOWS:
+            self._watch_limits(state)
+        elif status is StateStatus.UNBELIEVED:
+            self._counts['unbelieved_states'] += 1
+            state = self._validator.last or state
+        else:
+            self._take_over(state, status)
             last = None
         self._waiting = False
         if self._goals.active:
             self._judge(state, stamp)
-        reference = self._timeline.at(stamp, settings.motion_limits)
-        torque = torque_of(settings.mode, state, reference, self.arm, settings.gains)
-        before, change = None, 0.0
-        if last is not None and settings.torque_rate_limit < np.inf:
-            before = last.torque.total
-            change = settings.torque_rate_limit * (stamp - last.stamp) * 1e-9
-        torque, limited = within_limits(torque, settings.gravity_excluded, self.arm.limits.effort,
-                                        before, change)
-        if limited:
-            self._counts['limited_periods'] += 1
-        self._answer = ControlOutput(stamp, np.array(torque), reference, self._word(), limited)
-        return self._answer
-
-    def _ordinary_answer(self, state: ArmState) -> ControlOutput | None:
-        """Return the answer where nothing but the law has a say, in a third of the time."""
-        before = self._gate.followed_by(state.stamp)
-        if before is None or self._goals.active or not self._ordinary.possible:
-            return None
-        reference = self._timeline.at(state.stamp, self._settings.motion_limits)
-        parts = self._ordinary.torque(state, before, reference)
-        if parts is None:
-            return None
-        self._gate.accept(state, StateStatus.FOLLOWS)
-        self._waiting = self._beyond = False
-        self._answer = ControlOutput(state.stamp, parts, reference, self._word(), '')
-        return self._answer
+        return state, last
 
     def start_experiment(self) -> None:
         """Move to where the experiment begins and start it; refused if there is none."""
-        self._ask('start_experiment', plans.plan_experiment, self.experiment)
+        self._ask('start_experiment', planning.plan_experiment, self.experiment)
 
     def hold(self) -> None:
         """Bring the reference to rest, jerk-limited, and hold it."""
-        self._ask('hold', plans.plan_stop)
+        self._ask('hold', planning.plan_stop)
 
     def target_joints(self, names: Sequence[str], positions: Sequence[float]) -> None:
         """Move to joint positions; see :func:`~ur5_ros.control.planning.plan_joints`."""
-        self._ask('target_joints', plans.plan_joints, names, positions)
+        self._ask('target_joints', planning.plan_joints, names, positions)
 
     def target_pose(self, pose: np.ndarray, frame: str = 'base') -> None:
         """Move to a tool pose; see :func:`~ur5_ros.control.planning.plan_pose`."""
-        self._ask('target_pose', plans.plan_pose, pose, frame)
+        self._ask('target_pose', planning.plan_pose, pose, frame)
 
     def joint_trajectory(self, names: Sequence[str], points: Sequence[TrajectoryPoint],
                          stamp: int = 0) -> None:
         """Follow a joint trajectory; see :func:`~ur5_ros.control.planning.plan_trajectory`."""
-        self._ask('joint_trajectory', plans.plan_trajectory, names, points, stamp, self.stamp)
+        self._ask('joint_trajectory', planning.plan_trajectory, names, points, stamp, self.stamp)
 
     def follow_joint_trajectory(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: int = 0,
@@ -220,7 +239,7 @@ class Controller:
         tolerances = resolve_tolerances(self._settings.tolerances, path_tolerance, goal_tolerance,
                                         goal_time, self._names)
         self.joint_trajectory(names, points, stamp)
-        return self._goals.begin(tolerances, self.stamp + self._timeline.motion.duration)
+        return self._goals.begin(tolerances, self.stamp + self._executor.motion.duration)
 
     def goal_verdict(self, number: int) -> Verdict | None:
         """Return how a goal of :meth:`follow_joint_trajectory` ended; None while it is on."""
@@ -228,7 +247,7 @@ class Controller:
 
     def path(self, poses: np.ndarray, times: Sequence[int] = (), frame: str = 'base') -> None:
         """Pass tool poses in straight lines; see :func:`~ur5_ros.control.planning.plan_path`."""
-        self._ask('path', plans.plan_path, poses, times, frame)
+        self._ask('path', planning.plan_path, poses, times, frame)
 
     def change(self, changes: Mapping[str, Any]) -> None:
         """
@@ -247,7 +266,7 @@ class Controller:
         """
         parameters = changed(self.parameters, changes)
         self._settings = settings_from(parameters, self.arm, self._rate)
-        self._ordinary = OrdinaryPeriods(self._settings)
+        self._law = self._settings.law()
         self.parameters = parameters
 
     def lose_states(self) -> None:
@@ -257,48 +276,48 @@ class Controller:
     def status(self) -> dict[str, Any]:
         """Return what to tell about the controller: numbers and texts."""
         return {
-            'state': self._word(),
-            'detail': self._stopped or self._refused or self._timeline.name,
+            'state': self._status(),
+            'detail': self._stopped or self._refused or self._executor.name,
             'last_refusal': self._last_refusal,
-            'last_doubt': self._gate.sentence,
+            'last_doubt': self._validator.sentence,
             'arm': self.arm.name,
             'mode': self._settings.mode,
             'effort_convention': self.parameters['effort_convention'],
             'experiment': self.parameters['experiment'],
             **self._counts,
-            **describe(self._answer, self._gate.last, self._timeline, self.arm),
+            **describe(self._output, self._validator.last, self._executor, self.arm),
         }
 
     @property
     def stamp(self) -> int:
         """Stamp of the state answered last [ns]; 0 before the first."""
-        return 0 if self._answer is None else self._answer.stamp
+        return 0 if self._output is None else self._output.stamp
 
     @property
     def last(self) -> tuple[ArmState | None, ControlOutput | None]:
         """The last state believed and the answer given last; None before the first."""
-        return self._gate.last, self._answer
+        return self._validator.last, self._output
 
-    def _ask(self, what: str, planner: Callable[..., plans.Plan], *wish: Any) -> None:
+    def _ask(self, what: str, planner: Callable[..., planning.Plan], *wish: Any) -> None:
         try:
-            if self._answer is None:
+            if self._output is None:
                 raise InputError('no state has come yet; start the robot or the simulator first')
-            plan = planner(self._settings, self._answer.reference, *wish)
+            plan = planner(self._settings, self._output.reference, *wish)
         except InputError as refusal:
             self._counts['refused_inputs'] += 1
             self._refused = self._last_refusal = f'{what}: {refusal}'
             raise
-        self._begin(plan, what, self._answer.stamp)
+        self._begin(plan, what, self._output.stamp)
 
-    def _begin(self, plan: plans.Plan, what: str, stamp: int) -> None:
+    def _begin(self, plan: planning.Plan, what: str, stamp: int) -> None:
         self._goals.preempt(what)
-        self._timeline.begin(plan.motion, what, stamp, plan.branch)
+        self._executor.begin(plan.motion, what, stamp, plan.branch)
         self._refused = self._stopped = ''
 
     def _take_over(self, state: ArmState, arrival: StateStatus) -> None:
         """Begin anew from a measured state: come to rest and hold, or start the experiment."""
         rest = plan_rest(self._settings, state)
-        why = '' if arrival is StateStatus.FIRST else f', since {self._gate.sentence}'
+        why = '' if arrival is StateStatus.FIRST else f', since {self._validator.sentence}'
         self._begin(rest, f'hold{why}', state.stamp)
         if arrival is StateStatus.FIRST and self.parameters['autostart'] and self.experiment:
             try:
@@ -310,29 +329,30 @@ class Controller:
 
     def _judge(self, state: ArmState, stamp: int) -> None:
         """Compare state and reference for the goal that is on; stop where it has failed."""
-        reference = self._timeline.at(stamp, self._settings.motion_limits)
+        reference = self._executor.at(stamp, self._settings.motion_limits)
         error = np.array([state.q - reference.q, state.qd - reference.qd, np.full(6, np.nan)])
         verdict = self._goals.look(error, stamp)
         if verdict is not None and verdict.code < 0:
             stop = smooth_stop(reference, self._settings.motion_limits)
-            self._begin(plans.Plan(stop), f'stop: {verdict.message}', stamp)
+            self._begin(planning.Plan(stop), f'stop: {verdict.message}', stamp)
 
     def _watch_limits(self, state: ArmState) -> None:
         """Stop smoothly when a joint passes a limit of the arm in position or speed."""
-        joint = joint_beyond(state, self._bounds)
+        joint = joint_beyond(state, self.arm.limits)
         if joint is not None and not self._beyond:
             limits = self._settings.motion_limits
-            stop = smooth_stop(self._timeline.at(state.stamp, limits), limits)
-            self._begin(plans.Plan(stop), 'stop', state.stamp)
+            stop = smooth_stop(self._executor.at(state.stamp, limits), limits)
+            self._begin(planning.Plan(stop), 'stop', state.stamp)
             self._stopped = (f'{self._names[joint]} at {state.q[joint]:.4f} rad, '
                              f'{state.qd[joint]:.4f} rad/s')
         self._beyond = joint is not None
 
-    def _word(self) -> str:
+    def _status(self) -> str:
         if self._waiting:
             return WAITING
         if self._stopped:
             return STOPPED
-        if self._timeline.moving:
+        if self._executor.moving:
             return MOVING
         return REFUSED if self._refused else HOLDING
+

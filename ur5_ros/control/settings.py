@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, HOME, check
+from ur5_ros.control.computed_torque import UNWEIGHTED_MODES, TorqueLaw
 from ur5_ros.control.gains import Gains, gains_from, sampled_radius
-from ur5_ros.control.law import PLAIN_MODES
 from ur5_ros.control.point_to_point import MotionLimits
 from ur5_ros.control.tolerances import Tolerances, default_tolerances
 from ur5_ros.errors import InputError
@@ -38,6 +38,11 @@ class Settings(NamedTuple):
     tolerances: Tolerances
     max_state_jump: float
     prefix: str
+
+    def law(self) -> TorqueLaw:
+        """Return the law of the mode, with its constants packed."""
+        return TorqueLaw(self.mode, self.arm, self.gains, self.gravity_excluded,
+                         self.max_state_jump)
 
 
 def settings_from(
@@ -118,7 +123,7 @@ def check_sampled(mode: str, gains: Gains, arm: ArmParameters, control_rate: int
         Naming the joint and, in the modes without M, the largest damping that it stands.
 
     """
-    if mode not in PLAIN_MODES:
+    if mode not in UNWEIGHTED_MODES:
         radius = sampled_radius(gains, None, 1.0 / control_rate)
         if radius >= 1.0:
             raise InputError(f'kp, kd make the loop unstable when sampled at {control_rate} Hz '

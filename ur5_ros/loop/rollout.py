@@ -11,8 +11,8 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import States
 from ur5_ros.config.experiments import load_experiment
-from ur5_ros.control import law_kernel
 from ur5_ros.control.experiment import experiment_trajectory
+from ur5_ros.control.kernel import TOTAL
 from ur5_ros.control.settings import settings_from
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.loop.rollout_engine import Rollout, RolloutEngine
@@ -75,7 +75,7 @@ def _within_limits(passage: Rollout, arm: ArmParameters) -> bool:
     """Tell whether nothing came near what the plant would have acted upon."""
     q, qd, limits = passage.states[:, :6], np.abs(passage.states[:, 6:]), arm.limits
     return bool(((limits.lower <= q) & (q <= limits.upper) & (qd <= limits.velocity)).all()
-                and (np.abs(passage.torque[:, law_kernel.TOTAL]) <= limits.effort).all())
+                and (np.abs(passage.torque[:, TOTAL]) <= limits.effort).all())
 
 
 @lru_cache(maxsize=32)

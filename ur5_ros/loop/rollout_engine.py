@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.control.law_kernel import TOTAL
-from ur5_ros.control.ordinary import OrdinaryPeriods
+from ur5_ros.control import kernel
+from ur5_ros.control.computed_torque import TorqueLaw
+from ur5_ros.control.kernel import TOTAL
 from ur5_ros.control.settings import Settings
 from ur5_ros.control.takeover import START_DISTANCE
 from ur5_ros.loop.run_config import Plan
@@ -79,11 +80,11 @@ class RolloutEngine:
             What it follows, a row a period.
 
         """
-        periods, delay, law = self._periods, self._delay, OrdinaryPeriods(settings)
+        periods, delay, law = self._periods, self._delay, settings.law()
         states = np.empty(((periods - 1) * self._substeps + 1, 12))
         states[0] = [*self._sim['initial_positions'], *self._sim['initial_velocities']]
         told = _MeasuredStates(self._sim, states[::self._substeps])
-        if not law.possible or np.abs(told.first[:6] - table.q[0]).max() > START_DISTANCE:
+        if np.abs(told.first[:6] - table.q[0]).max() > START_DISTANCE:
             return None
         torque, effort = np.empty((periods, 5, 6)), np.empty((periods - 1, 6))
         try:
@@ -94,12 +95,13 @@ class RolloutEngine:
         effort[delay:] = torque[:periods - 1 - delay, TOTAL]
         return Rollout(states, told.late, told.seen(), effort, torque, self._events())
 
-    def _go_round(self, law: OrdinaryPeriods, table: Reference, states: np.ndarray,
+    def _go_round(self, law: TorqueLaw, table: Reference, states: np.ndarray,
                   told: '_MeasuredStates', torque: np.ndarray, effort: np.ndarray) -> bool:
         """Fill the arrays, the effort as far as no command acts; tell whether all was usual."""
         bullet, scheme, delay, last = self._world(), self._scheme, self._delay, self._periods - 1
-        advance, answer, substeps = bullet.stepper(), law.compute, range(self._substeps)
-        given, commands, at, before = law.given, torque[:, TOTAL], 0, None
+        advance, answer, substeps = bullet.stepper(), kernel.law.single, range(self._substeps)
+        given, commands = (np.zeros(6), np.inf, *law.constants), torque[:, TOTAL]
+        at, before = 0, None
         values, page = tuple(states[0].tolist()), states.data.cast('B')
         for k, (row, true, noise, wanted, out) in enumerate(
                 zip(*told.rows(), zip(*table, strict=True), torque, strict=True)):
