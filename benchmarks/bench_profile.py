@@ -4,7 +4,6 @@ import os
 import tempfile
 import time
 from collections import defaultdict
-from struct import Struct
 
 import numpy as np
 import rclpy
@@ -23,26 +22,23 @@ from ur5_ros.launcher.node_processes import last_core, private_environment
 from ur5_ros.loop.run_config import Plan, run_config
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.nodes.control.topics import PARTS
-from ur5_ros.nodes.ros.messages import StateReader
+from ur5_ros.nodes.ros.messages import EffortReader, StateReader
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import HOT
 from ur5_ros.nodes.ros.wait_set_loop import WaitSetLoop
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
-from ur5_ros.sim.plant import Plant, plant_from_parameters
+from ur5_ros.sim.plant import plant_from_parameters
 
 PERIODS = 4000
 REPEATS = 3
 
 
-_SIX, _TWELVE = Struct('<6d'), Struct('<12d')
-
-
-def taken(data: bytes, layout: FixedJointState, gate: CommandGate, plant: Plant) -> tuple:
-    """Return the torques of a command after all that the simulator asks of it."""
-    tau = _SIX.unpack_from(data, layout.effort.start)
-    assert layout.matches(data) and gate.expects(layout.decode(data)[0]) and plant.takes(tau)
-    return tau
+def decide(data: bytes, reader: EffortReader, gate: CommandGate) -> np.ndarray:
+    """Return the torques of a command after all that the simulator checks."""
+    stamp, _, effort = reader.read(data)
+    assert gate.offer('', stamp, effort) is None
+    return gate.next().command
 
 
 class Laps:
@@ -80,9 +76,7 @@ def parts_of_a_period(plan: Plan, periods: int, publish_bytes, take) -> dict[str
         bag.begin('benchmark', {})
         sent = states.encode(*plant.state)
         controller.update(plant.state)
-        gate.offer('', plant.stamp, np.zeros(6))  # the first one counts the long way
-        gate.stepped(plant.k)
-        read_state = StateReader(JOINT_NAMES).read
+        reader, read_state = EffortReader(JOINT_NAMES), StateReader(JOINT_NAMES).read
         for _ in range(periods):
             lap('publish', publish_bytes, sent)
             lap('take', take)
@@ -95,12 +89,11 @@ def parts_of_a_period(plan: Plan, periods: int, publish_bytes, take) -> dict[str
             point = lap('encode', points.join, when, *(x.tobytes() for x in wanted), torque[:48])
             split = lap('encode', parts.join, when, b'', b'', torque)
             lap('take', take)
-            tau = lap('judge the command', taken, command, commands, gate, plant)
-            values = lap('step', plant.step_plainly, tau)
-            packed = lap('encode', _TWELVE.pack, *values)
-            when = lap('encode', encode_stamp, plant.stamp)
-            sent = lap('encode', states.join, when, packed[:48], packed[48:], torque[:48])
-            lap('judge the command', gate.stepped, plant.k)
+            tau = lap('check the command', decide, command, reader, gate)
+            state = lap('step', plant.step, tau)
+            when = lap('encode', encode_stamp, state.stamp)
+            sent = lap('encode', states.join, when, *(x.tobytes() for x in state[1:]))
+            lap('check the command', gate.published, plant.k)
             for message in (sent, when, command, sent, command, point, split):
                 lap('record', bag.write, topic, message)
             for digest, message in zip((*digests, *digests), (sent, command) * 2, strict=True):

@@ -86,7 +86,7 @@ def test_substeps_are_steps_of_the_scheme_under_one_torque(plant_of, witness_of)
 def test_engine_and_witness_agree_on_inertia_bias_and_jacobian(plant_of, witness_of, every_arm):
     arm = loaded_arm(every_arm, 2.0, [0.05, 0.02, 0.1])
     plant = plant_of(arm=every_arm.name, payload__mass=2.0, payload__com=[0.05, 0.02, 0.1])
-    bullet, witness = plant._mechanics.bullet, witness_of(arm)
+    bullet, witness = plant.mechanics.bullet, witness_of(arm)
     witness.model.armature = np.zeros(6)
     for _ in range(50):
         q, qd = RNG.uniform(-3.0, 3.0, 6), RNG.uniform(-3.0, 3.0, 6)

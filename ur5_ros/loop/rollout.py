@@ -19,7 +19,7 @@ from ur5_ros.loop.rollout_engine import Rollout, RolloutEngine
 from ur5_ros.loop.run_config import Plan, arm_named
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, stamp_of_period
-from ur5_ros.sim.limits import check_initial_state
+from ur5_ros.sim.limits import check_initial_state, state_bounds
 
 #: What the short way leaves to the long one: the value that each parameter has to have.
 _SIM_PLAIN = {'effort_convention': 'total', 'gui': False}
@@ -59,23 +59,23 @@ def rollout(plan: Plan) -> LoopRun | None:
     settings = settings_from(control, arm, rate)  # refuses what cannot run
     check_initial_state(sim_arm, sim['initial_positions'])
     stamp, table = stamp[:plan.periods], Reference(*(part[:plan.periods] for part in table))
-    passage = RolloutEngine(plan, sim_arm).run(settings, table)
-    if passage is None or not _within_limits(passage, sim_arm):
+    run = RolloutEngine(plan, sim_arm).run(settings, table)
+    if run is None or not _within_limits(run, sim_arm):
         return None
-    states = passage.states[::sim['physics_rate'] // rate]
-    effort = np.vstack([np.zeros((1, 6)), passage.effort])
+    states = run.states[::sim['physics_rate'] // rate]
+    effort = np.vstack([np.zeros((1, 6)), run.effort])
     exact = not any(sim[key] for key in _IMPERFECT)
-    return LoopRun(plan, sim_arm, arm, stamp, passage.seen[:, :6], passage.seen[:, 6:],
-                   effort[passage.late],
+    return LoopRun(plan, sim_arm, arm, stamp, run.seen[:, :6], run.seen[:, 6:],
+                   effort[run.late],
                    None if exact else States(states[:, :6], states[:, 6:], effort),
-                   passage.torque, table, passage.events)
+                   run.torque, table, run.events)
 
 
-def _within_limits(passage: Rollout, arm: ArmParameters) -> bool:
-    """Tell whether nothing came near what the plant would have acted upon."""
-    q, qd, limits = passage.states[:, :6], np.abs(passage.states[:, 6:]), arm.limits
-    return bool(((limits.lower <= q) & (q <= limits.upper) & (qd <= limits.velocity)).all()
-                and (np.abs(passage.torque[:, TOTAL]) <= limits.effort).all())
+def _within_limits(run: Rollout, arm: ArmParameters) -> bool:
+    """Return whether nothing came near what the plant would have acted upon."""
+    least, most = state_bounds(arm)
+    return bool(((least <= run.states) & (run.states <= most)).all()
+                and (np.abs(run.torque[:, TOTAL]) <= arm.limits.effort).all())
 
 
 @lru_cache(maxsize=32)

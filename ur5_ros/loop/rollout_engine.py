@@ -15,10 +15,11 @@ from ur5_ros.control.takeover import START_DISTANCE
 from ur5_ros.loop.run_config import Plan
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, stamp_of_period
-from ur5_ros.sim.bullet_arm import BulletArm
-from ur5_ros.sim.events import Event, event
+from ur5_ros.sim.bullet_arm import BulletArm, Joints
+from ur5_ros.sim.event_log import EventLog
+from ur5_ros.sim.events import Event
 from ur5_ros.sim.fallback import fallback_torque
-from ur5_ros.sim.integrator import NO_JOINTS, Joints, PlantIntegrator
+from ur5_ros.sim.integrator import NO_JOINTS, PlantIntegrator
 from ur5_ros.sim.payload import loaded_arm
 from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Noise
@@ -65,8 +66,8 @@ class RolloutEngine:
         self._substeps = plan.sim['physics_rate'] // plan.sim['control_rate']
         self._delay = min(plan.sim['delay.command_periods'], plan.periods - 1)
         self._effects = PlantParameters(plan.sim).effects(arm)
-        scheme = PlantIntegrator(self._effects, 1.0 / plan.sim['physics_rate'])
-        self._scheme = None if scheme.none else scheme
+        integrator = PlantIntegrator(self._effects, 1.0 / plan.sim['physics_rate'])
+        self._integrator = None if integrator.none else integrator
 
     def run(self, settings: Settings, table: Reference) -> Rollout | None:
         """
@@ -90,7 +91,7 @@ class RolloutEngine:
         try:
             if not self._go_round(law, table, states, told, torque, effort):
                 return None
-        except (ArithmeticError, np.linalg.LinAlgError):
+        except ArithmeticError:
             return None
         effort[delay:] = torque[:periods - 1 - delay, TOTAL]
         return Rollout(states, told.late, told.seen(), effort, torque, self._events())
@@ -98,7 +99,8 @@ class RolloutEngine:
     def _go_round(self, law: TorqueLaw, table: Reference, states: np.ndarray,
                   told: '_MeasuredStates', torque: np.ndarray, effort: np.ndarray) -> bool:
         """Fill the arrays, the effort as far as no command acts; tell whether all was usual."""
-        bullet, scheme, delay, last = self._world(), self._scheme, self._delay, self._periods - 1
+        bullet, integrator = self._world(), self._integrator
+        delay, last = self._delay, self._periods - 1
         advance, answer, substeps = bullet.stepper(), kernel.law.single, range(self._substeps)
         given, commands = (np.zeros(6), np.inf, *law.constants), torque[:, TOTAL]
         at, before = 0, None
@@ -119,9 +121,8 @@ class RolloutEngine:
                 acting = commands[k - delay]
             tau = acting.tolist()
             for _ in substeps:
-                if scheme is not None:
-                    joints = Joints([*values[:6]], [*values[6:]])
-                    tau, held = scheme.engine_torque(bullet, joints, acting)
+                if integrator is not None:
+                    tau, held = integrator.engine_torque(bullet, values, acting)
                     if held is not NO_JOINTS:
                         return False
                 values = advance(tau)
@@ -131,20 +132,18 @@ class RolloutEngine:
 
     def _fall_back(self, bullet: BulletArm, values: tuple[float, ...]) -> np.ndarray:
         """Return the torque of a period in which no command has come yet [N m]."""
-        return fallback_torque(self._sim['fallback'], bullet, Joints([*values[:6]], [*values[6:]]),
+        return fallback_torque(self._sim['fallback'], bullet, Joints(values[:6], values[6:]),
                                self._effects, np.array(self._arm.limits.effort),
                                self._substeps / self._sim['physics_rate'])
 
     def _events(self) -> tuple[Event, ...]:
-        """Return what Plant tells: a fallback until the first command comes."""
-        mode, rate, told = self._sim['fallback'], self._sim['control_rate'], []
+        """Return the events: a fallback until the first command arrives."""
+        log, rate = EventLog(self._arm), self._sim['control_rate']
         if self._delay > 0:
-            told.append(event(stamp_of_period(1, rate), 'fallback', f'{mode} acts', mode=mode,
-                              active=True))
+            log.fall_back(stamp_of_period(1, rate), self._sim['fallback'])
         if 0 < self._delay < self._periods - 1:
-            told.append(event(stamp_of_period(self._delay + 1, rate), 'fallback',
-                              f'{mode} gives way to a command', mode=mode, active=False))
-        return tuple(told)
+            log.fall_back(stamp_of_period(self._delay + 1, rate), '')
+        return tuple(log.drain())
 
     def _world(self) -> BulletArm:
         """Return this thread's world with the bodies in it, at the initial state."""

@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,13 +16,20 @@ _ZEROS = [0.0] * 6
 _TORQUE = pybullet.TORQUE_CONTROL
 
 
+class Joints(NamedTuple):
+    """Joint state as PyBullet takes and gives it."""
+
+    q: Sequence[float]
+    qd: Sequence[float]
+
+
 class BulletArm:
     """
     Six joints and gravity in a PyBullet world of their own, whose world frame is ``base``.
 
     The integrator is qd' = qd + h M^-1 (tau - C qd - g), q' = q + h qd': nothing is added to it.
     Damping, motors and PyBullet's velocity clamp are off; the joints have no stops here.  Joint
-    states travel as lists of floats, which is what PyBullet takes and gives.
+    states travel as sequences of floats, which is what PyBullet takes and gives.
 
     Parameters
     ----------
@@ -101,12 +109,12 @@ class BulletArm:
     def stepper(self) -> Callable[[Sequence[float]], tuple[float, ...]]:
         """Return what :attr:`advance` is: a function bound to the bodies that are loaded now."""
         body, joints, client, torque = self._body, self._joints, self._client, _TORQUE
-        set_wrench, step = pybullet.setJointMotorControlArray, pybullet.stepSimulation
+        set_torque, step = pybullet.setJointMotorControlArray, pybullet.stepSimulation
         read = pybullet.getJointStates
 
         def advance(tau: Sequence[float]) -> tuple[float, ...]:
             # a torque lasts one step; two calls before a step would add up
-            set_wrench(body, joints, torque, forces=tau, physicsClientId=client)
+            set_torque(body, joints, torque, forces=tau, physicsClientId=client)
             step(client)
             ((q1, v1, _, _), (q2, v2, _, _), (q3, v3, _, _), (q4, v4, _, _), (q5, v5, _, _),
              (q6, v6, _, _)) = read(body, joints, client)
@@ -114,22 +122,22 @@ class BulletArm:
 
         return advance
 
-    def mass_matrix(self, q: list[float]) -> np.ndarray:
+    def mass_matrix(self, q: Sequence[float]) -> np.ndarray:
         """Return M(q) of the loaded bodies [kg m^2], shape (6, 6), without rotor inertia."""
         return np.array(pybullet.calculateMassMatrix(self._body, q, physicsClientId=self._client))
 
-    def bias(self, q: list[float], qd: list[float] = _ZEROS) -> np.ndarray:
+    def bias(self, q: Sequence[float], qd: Sequence[float] = _ZEROS) -> np.ndarray:
         """Return C(q, qd) qd + g(q) [N m], shape (6,)."""
         return np.array(pybullet.calculateInverseDynamics(self._body, q, qd, _ZEROS,
                                                           physicsClientId=self._client))
 
-    def mass_and_bias(self, q: list[float], qd: list[float]) -> tuple[tuple, tuple]:
+    def mass_and_bias(self, q: Sequence[float], qd: Sequence[float]) -> tuple[tuple, tuple]:
         """Return :meth:`mass_matrix` as rows and :meth:`bias`, as PyBullet gives them."""
         body, client = self._body, self._client
         return (pybullet.calculateMassMatrix(body, q, physicsClientId=client),
                 pybullet.calculateInverseDynamics(body, q, qd, _ZEROS, physicsClientId=client))
 
-    def jacobian(self, q: list[float], point: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    def jacobian(self, q: Sequence[float], point: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return J(q) of a point of ``tool0``, linear rows first, in ``base``; (6, 6)."""
         # PyBullet counts a point from the origin of the link, along its principal axes of inertia.
         local = (self._axes.T @ point).tolist()

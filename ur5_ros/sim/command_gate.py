@@ -1,7 +1,7 @@
 """
 Which command acts, and when: lockstep and paced acceptance as a state machine without ROS.
 
-The node tells the gate what it published and received and asks what to do next::
+The node reports to the gate what it published and received, and asks what to do next::
 
     gate = CommandGate(joint_names, parameters, clock=time.monotonic)
     publish(state 1);  gate.published(1)
@@ -101,7 +101,7 @@ class CommandGate:
         self.accepted, self.fired, self.repeatable = 0, 0, True
         self._refusals = RefusalCount(clock)
         self._events: list[Event] = []
-        self._crowd = PublisherMonitor()
+        self._publishers = PublisherMonitor()
         self._answer: np.ndarray | None = None
         self._answer_stamp = 0
         self._candidate: np.ndarray | None = None
@@ -140,16 +140,6 @@ class CommandGate:
     def since(self) -> float:
         """Steady time at which the present state went out, or a pause after it ended [s]."""
         return self._since
-
-    def expects(self, stamp: int) -> bool:
-        """Tell whether in lockstep a command with this stamp [ns] would act at once."""
-        return (stamp == self._stamp and self._lockstep and self._started
-                and self._answer is None and self._candidate is None and not self._running_on)
-
-    def stepped(self, k: int) -> None:
-        """Take note that an expected command acted and that state ``k`` went out."""
-        self.accepted += 1
-        self.published(k)
 
     def offer_by_name(self, topic: str, stamp: int, names: Sequence[str],
                       effort: Sequence[float]) -> str | None:
@@ -226,9 +216,9 @@ class CommandGate:
         return Decision(wake=None if math.isinf(self._timeout) else self._since + self._timeout)
 
     def publishers(self, names: Mapping[str, Sequence[str]]) -> None:
-        """Take note of who publishes on the command topics; more than one is told by name."""
-        crowd, event = self._crowd.look(names, self._stamp)
-        self.repeatable = self.repeatable and not crowd
+        """Take note of the publishers on the command topics; more than one is an event."""
+        several, event = self._publishers.look(names, self._stamp)
+        self.repeatable = self.repeatable and not several
         if event is not None:
             self._events.append(event)
 
@@ -250,7 +240,7 @@ class CommandGate:
         self.repeatable = False
         self._running_on, self._rearm = True, False
         self.pacer.start(self._k)
-        self._tell('lockstep', f'no answer within {self._timeout:g} s of wall time: the simulator '
+        self._log('lockstep', f'no answer within {self._timeout:g} s of wall time: the simulator '
                    'runs on under the fallback; the run cannot be repeated', fired=True,
                    active=False)
 
@@ -270,7 +260,7 @@ class CommandGate:
             return Decision(wake=due)
         if self._rearm:
             self._running_on = self._rearm = False
-            self._tell('lockstep', 'a command came: the next state is waited for again',
+            self._log('lockstep', 'a command came: the next state is waited for again',
                        fired=False, active=True)
         return Decision(True)
 
@@ -295,10 +285,10 @@ class CommandGate:
         return Decision(True, self._answer if fresh else None)
 
     def _refuse(self, topic: str, reason: str) -> str:
-        told = self._refusals.add(topic, reason, self._stamp)
-        if told is not None:
-            self._events.append(told)
+        refusal = self._refusals.add(topic, reason, self._stamp)
+        if refusal is not None:
+            self._events.append(refusal)
         return reason
 
-    def _tell(self, kind: str, message: str, /, **values: Any) -> None:
+    def _log(self, kind: str, message: str, /, **values: Any) -> None:
         self._events.append(event(self._stamp, kind, message, **values))

@@ -1,4 +1,4 @@
-"""Commands that make no sense: found, counted by reason, told without flooding."""
+"""Commands that are refused: found, counted by reason, reported without flooding."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -7,8 +7,8 @@ import numpy as np
 
 from ur5_ros.sim.events import Event, event
 
-#: The same refusal is told again after this time [s].
-TELL_AGAIN = 1.0
+#: The same refusal is reported again after this time [s].
+REPORT_PERIOD = 1.0
 
 
 def in_joint_order(expected: Sequence[str], names: Sequence[str],
@@ -42,13 +42,13 @@ def in_joint_order(expected: Sequence[str], names: Sequence[str],
 
 
 def is_finite(command: np.ndarray) -> bool:
-    """Tell whether all torques are finite; absurd ones whose sum overflows are not."""
+    """Return whether all torques are finite; huge ones whose sum overflows are not."""
     return math.isfinite(sum(command.tolist()))
 
 
 class RefusalCount:
     """
-    Counts refusals by topic and reason, and tells each kind at most once a second.
+    Counts refusals by topic and reason, and reports each kind at most once a second.
 
     Parameters
     ----------
@@ -59,23 +59,23 @@ class RefusalCount:
 
     def __init__(self, clock: Callable[[], float]):
         self._clock = clock
-        self._told: dict[tuple[str, str], float] = {}
+        self._reported: dict[tuple[str, str], float] = {}
         self.counts: dict[tuple[str, str], int] = {}
 
     def add(self, topic: str, reason: str, stamp: int) -> Event | None:
-        """Count one; return an event if it is to be told."""
+        """Count one; return an event if it is to be reported."""
         key = (topic, reason)
         count = self.counts[key] = self.counts.get(key, 0) + 1
         now = self._clock()
-        if now - self._told.get(key, -math.inf) < TELL_AGAIN:
+        if now - self._reported.get(key, -math.inf) < REPORT_PERIOD:
             return None
-        self._told[key] = now
+        self._reported[key] = now
         return event(stamp, 'refused', f'{topic}: command refused: {reason} ({count} so far)',
                      topic=topic, reason=reason, count=count)
 
 
 class PublisherMonitor:
-    """Watches who publishes commands; more than one is told by name."""
+    """Watches the publishers of commands; more than one are reported by name."""
 
     def __init__(self) -> None:
         self._known: dict[str, list[str]] = {}
@@ -96,14 +96,14 @@ class PublisherMonitor:
         bool
             Whether there is more than one.
         Event or None
-            What to tell, if they are others than before.
+            An event, if there are several and others than before.
 
         """
-        crowd = {topic: sorted(who) for topic, who in names.items() if who}
-        everybody = [name for who in crowd.values() for name in who]
-        changed, self._known = crowd != self._known, crowd
-        if len(everybody) < 2 or not changed:
-            return len(everybody) > 1, None
-        return True, event(stamp, 'publishers', f'{len(everybody)} publishers command the arm: '
-                           f'{", ".join(everybody)}; the first valid answer acts, the run cannot '
-                           'be repeated', topics=sorted(crowd), names=everybody)
+        present = {topic: sorted(nodes) for topic, nodes in names.items() if nodes}
+        everyone = [name for nodes in present.values() for name in nodes]
+        changed, self._known = present != self._known, present
+        if len(everyone) < 2 or not changed:
+            return len(everyone) > 1, None
+        return True, event(stamp, 'publishers', f'{len(everyone)} publishers command the arm: '
+                           f'{", ".join(everyone)}; the first valid answer acts, the run cannot '
+                           'be repeated', topics=sorted(present), names=everyone)

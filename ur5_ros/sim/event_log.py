@@ -33,11 +33,6 @@ class EventLog:
         self.counts = {'fallback_periods': 0, 'protective_stops': 0, 'resets': 0}
 
     @property
-    def quiet(self) -> bool:
-        """Whether nothing out of the ordinary is going on, and all was told."""
-        return not (self.stopped or self.fallback or self._events) and self._watch.quiet
-
-    @property
     def near_limits(self) -> bool:
         """Whether a joint was at a limit in the last period."""
         return not self._watch.quiet
@@ -48,7 +43,7 @@ class EventLog:
         return self.counts | {f'limit_{kind}_periods': count
                               for kind, count in self._watch.periods.items()}
 
-    def tell(self, stamp: int, kind: str, message: str, /, **values: Any) -> None:
+    def add(self, stamp: int, kind: str, message: str, /, **values: Any) -> None:
         """Note an event that acts from a state [ns]."""
         self._events.append(event(stamp, kind, message, **values))
 
@@ -62,14 +57,14 @@ class EventLog:
         if mode == self.fallback:
             return
         message = f'{mode} acts' if mode else f'{self.fallback} gives way to a command'
-        self.tell(stamp, 'fallback', message, mode=mode or self.fallback, active=bool(mode))
+        self.add(stamp, 'fallback', message, mode=mode or self.fallback, active=bool(mode))
         self.fallback = mode
 
     def stop(self, stamp: int, joints: Sequence[str], why: str) -> None:
         """Latch a protective stop."""
         self.stopped = True
         self.counts['protective_stops'] += 1
-        self.tell(stamp, 'protective_stop',
+        self.add(stamp, 'protective_stop',
                   f'protective stop: {why}; the brake acts until a reset', joints=list(joints))
 
     def check_limits(self, before: int, after: ArmState, clamped: np.ndarray, held: np.ndarray,

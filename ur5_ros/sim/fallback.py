@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ur5_ros.sim.bullet_arm import BulletArm
+from ur5_ros.sim.bullet_arm import BulletArm, Joints
 from ur5_ros.sim.friction import solve_friction
-from ur5_ros.sim.integrator import Effects, Joints, tool_torque
+from ur5_ros.sim.integrator import Effects, tool_torque
 
 #: Rate at which motion dies out under gravity compensation [1/s]; assumed: still in 0.2 s.
 DAMPING_RATE = 20.0
@@ -60,7 +60,7 @@ def brake_torque(arm: BulletArm, joints: Joints, effects: Effects, limit: np.nda
     qd = np.array(joints.qd)
     A = arm.mass_matrix(joints.q) / period
     A[np.diag_indices(6)] += effects.armature / period + effects.viscous
-    drive = (tool_torque(arm, joints, effects) - arm.bias(joints.q, joints.qd)
+    drive = (tool_torque(arm, joints.q, effects) - arm.bias(joints.q, joints.qd)
              - effects.viscous * qd)
     _, f = solve_friction(A, drive, qd, limit + effects.coulomb, -_UNBOUNDED, _UNBOUNDED)
     return -np.minimum(np.maximum(f, -limit), limit)

@@ -54,7 +54,7 @@ def solve_friction(
         return -qd, f  # most of what a brake does, without Numba
     delta, f = np.empty(6), np.empty(6)
     given = [A, drive, qd, level, lower, upper, np.empty(WORK)]
-    if kernels().resisted.run(1, [], given, [delta, f]):
+    if kernels().friction.run(1, [], given, [delta, f]):
         raise ArithmeticError('the resistance of the joints was not found')
     return delta, f
 
@@ -62,7 +62,5 @@ def solve_friction(
 @cache
 def kernels() -> ModuleType:
     """Return the compiled forms; an arm that is plain and kept by its brake starts without."""
-    from ur5_ros.sim import (
-        integrator_kernel as scheme_kernel,  # loads Numba, which takes longer than all the rest
-    )
-    return scheme_kernel
+    from ur5_ros.sim import integrator_kernel  # loads Numba, which takes longer than all the rest
+    return integrator_kernel

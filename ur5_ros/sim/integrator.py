@@ -1,5 +1,5 @@
 r"""
-The plant's scheme: what PyBullet does not model, added as torque, one physics step at a time.
+The equation of a physics step: what PyBullet does not model, added as torque.
 
 .. math::
 
@@ -9,6 +9,7 @@ M, C, g and J are PyBullet's, at the state before the step.
 """
 
 import struct
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -42,16 +43,9 @@ class Effects(NamedTuple):
     """Stops [rad], shape (6,); infinite = none."""
 
 
-class Joints(NamedTuple):
-    """Joint state as PyBullet takes and gives it."""
-
-    q: list[float]
-    qd: list[float]
-
-
 class PlantIntegrator:
     """
-    The scheme of one set of effects, with what does not change from step to step worked out.
+    The torque for PyBullet under one set of effects, with its constants computed once.
 
     Parameters
     ----------
@@ -64,29 +58,30 @@ class PlantIntegrator:
 
     def __init__(self, effects: Effects, step_time: float):
         self._effects = effects
-        self._pushed = bool(effects.wrench.any())
-        self._given = np.concatenate([
+        self._wrench = bool(effects.wrench.any())
+        self._constants = np.concatenate([
             effects.armature / step_time + effects.viscous, effects.viscous, effects.coulomb,
             effects.lower, effects.upper, [step_time]])
         self._state, self._work, self._torque = np.empty(STATE), np.empty(WORKING), np.empty(6)
         self._page = self._state.data.cast('B')
         self._held = np.zeros(6, dtype=bool)
-        self.none = not (self._pushed or self._given[:18].any())
-        """Whether PyBullet's own step under the motors' torque is the whole truth."""
+        self._kernel: Callable[..., int] | None = None
+        self.none = not (self._wrench or self._constants[:18].any())
+        """Whether PyBullet's own step under the motors' torque is already the plant's."""
         if not self.none:
-            kernels().scheme_torque.prepare()
+            self._kernel = _compiled()
 
-    def engine_torque(self, arm: BulletArm, joints: Joints,
+    def engine_torque(self, arm: BulletArm, state: Sequence[float],
                       tau: np.ndarray) -> tuple[list[float], np.ndarray]:
         """
-        Return the torque that makes PyBullet's next step the step of the scheme.
+        Return the torque that makes PyBullet's next step the step of the equation above.
 
         Parameters
         ----------
         arm : BulletArm
             Where M, C qd + g and J come from.
-        joints : Joints
-            State before the step.
+        state : sequence of float
+            q [rad] and qd [rad/s] before the step, twelve numbers.
         tau : numpy.ndarray, shape (6,)
             Torque of the motors [N m].
 
@@ -98,22 +93,27 @@ class PlantIntegrator:
             The joints that a stop holds back in this step.
 
         """
-        rows, bias = arm.mass_and_bias(joints.q, joints.qd)
-        if self._pushed:
-            tau = tau + tool_torque(arm, joints, self._effects)
-        _write(self._page, 0, *rows[0], *rows[1], *rows[2], *rows[3], *rows[4], *rows[5], *bias,
-               *joints.q, *joints.qd, *tau)
-        compiled = kernels()
-        given = self._state, self._given, self._work, self._torque, self._held
-        try:
-            code = compiled.scheme_torque.single(*given)
-        except TypeError:  # not compiled yet
-            code = compiled.scheme_torque.run(1, [], [], given)
-        if code == compiled.FAILED:
+        q = state[:6]
+        ((a, b, c, d, e, f), bias) = arm.mass_and_bias(q, state[6:])
+        if self._wrench:
+            tau = tau + tool_torque(arm, q, self._effects)
+        _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau)
+        if self._kernel is None:
+            self._kernel = _compiled()
+        code = self._kernel(self._state, self._constants, self._work, self._torque, self._held)
+        if code == 0:
+            return self._torque.tolist(), NO_JOINTS
+        if code == kernels().FAILED:
             raise ArithmeticError('the resistance of the joints was not found')
-        return self._torque.tolist(), self._held.copy() if code == compiled.HELD else NO_JOINTS
+        return self._torque.tolist(), self._held.copy()
 
 
-def tool_torque(arm: BulletArm, joints: Joints, effects: Effects) -> np.ndarray | float:
+def tool_torque(arm: BulletArm, q: Sequence[float], effects: Effects) -> np.ndarray | float:
     """Return J^T w [N m]."""
-    return arm.jacobian(joints.q).T @ effects.wrench if effects.wrench.any() else 0.0
+    return arm.jacobian(q).T @ effects.wrench if effects.wrench.any() else 0.0
+
+
+def _compiled() -> Callable[..., int]:
+    kernel = kernels().engine_torque
+    kernel.prepare()
+    return kernel.single

@@ -1,4 +1,4 @@
-"""Resistance and the step of the scheme, compiled; one file, as Numba's cache looks at one."""
+"""Friction and the torque of a physics step, compiled; in one file, as Numba's cache is."""
 
 from math import fabs, sqrt
 
@@ -13,7 +13,7 @@ _ROUNDING = 1e-13
 #: A joint this near to a stop touches it [rad]; rounding is a thousand times smaller.
 _TOUCH = 1e-12
 
-#: What :func:`scheme_torque` comes to.
+#: Codes of :func:`engine_torque` besides 0.
 HELD, FAILED = 1, 2
 
 
@@ -85,7 +85,7 @@ def release_constraint(v, f, free, level, lower, upper):
 
 @inlined
 def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
-    """Write delta and f of ``resisted_change``; return 1 if they were not found."""
+    """Write delta and f of ``solve_friction``; return 1 if they were not found."""
     L = work[:36].reshape((6, 6))
     free, sign, v = work[36:42], work[42:48], work[48:54]
     b, target = work[54:60], work[60:66]
@@ -141,17 +141,17 @@ def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
 
 
 @kernel(R2, R1, R1, R1, R1, R1, W1, W1, W1)
-def resisted(A, drive, qd, level, lower, upper, work, delta, f):
-    """Write delta and f of ``resisted_change``; return 1 if they were not found."""
+def friction(A, drive, qd, level, lower, upper, work, delta, f):
+    """Write delta and f of ``solve_friction``; return 1 if they were not found."""
     return solve_active_set(A, drive, qd, level, lower, upper, work, delta, f)
 
 
 @kernel(R1, R1, W1, W1, B1)
-def scheme_torque(state, given, work, torque, held):
-    """Write the torque of ``Scheme.engine_torque`` and who is held; return what came of it."""
+def engine_torque(state, constants, work, torque, held):
+    """Write the torque of ``PlantIntegrator.engine_torque`` and the joints held; return a code."""
     m, bias, q, qd, tau = state[:36], state[36:42], state[42:48], state[48:54], state[54:60]
-    added, viscous, level = given[:6], given[6:12], given[12:18]
-    lower, upper, h = given[18:24], given[24:30], given[30]
+    added, viscous, level = constants[:6], constants[6:12], constants[12:18]
+    lower, upper, h = constants[18:24], constants[24:30], constants[30]
     A, drive = work[:36].reshape((6, 6)), work[36:42]
     lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
     for i in range(6):

@@ -52,6 +52,13 @@ class LimitWatch:
         return event(stamp, 'limit', message, kind=kind, joints=list(joints), active=bool(joints))
 
 
+def state_bounds(arm: ArmParameters) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and the largest q [rad] and qd [rad/s] within the limits, (12,) each."""
+    limits = arm.limits
+    return (np.concatenate([limits.lower, -limits.velocity]),
+            np.concatenate([limits.upper, limits.velocity]))
+
+
 def check_initial_state(arm: ArmParameters, positions: list[float]) -> None:
     """
     Refuse to start beyond a stop.

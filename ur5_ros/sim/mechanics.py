@@ -2,16 +2,32 @@
 
 from collections.abc import Sequence
 from operator import le
+from typing import NamedTuple
 
 import numpy as np
 
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.sim.bullet_arm import BulletArm
-from ur5_ros.sim.integrator import NO_JOINTS, Effects, Joints, PlantIntegrator
+from ur5_ros.sim.bullet_arm import BulletArm, Joints
+from ur5_ros.sim.integrator import NO_JOINTS, Effects, PlantIntegrator
+from ur5_ros.sim.limits import state_bounds
 from ur5_ros.sim.payload import loaded_arm
 
-#: Beyond this a state is not believed: no arm moves so fast or turns so far [rad, rad/s].
+#: A state beyond this is an error: no arm moves so fast or turns so far [rad, rad/s].
 _RUNAWAY = 1e6
+
+
+class Advance(NamedTuple):
+    """What happened in some physics steps besides motion."""
+
+    held: np.ndarray
+    """The joints that a stop held back, shape (6,), bool."""
+    free: bool
+    """Whether every state is within the limits of position and velocity, and no stop held."""
+    ran_away: bool
+    """Whether the state ran away; the arm then rests where it was before that step."""
+
+
+_FREE = Advance(NO_JOINTS, True, False)
 
 
 class Mechanics:
@@ -33,16 +49,14 @@ class Mechanics:
         self.arm = arm
         self.step_time = step_time
         self.bullet = BulletArm(arm, arm.gravity, step_time, gui)
-        limits = arm.limits
-        self._least = np.concatenate([limits.lower, -limits.velocity]).tolist()
-        self._most = np.concatenate([limits.upper, limits.velocity]).tolist()
+        self._least, self._most = (bound.tolist() for bound in state_bounds(arm))
         self._load = (0.0, [0.0, 0.0, 0.0], arm.gravity.tolist())
         self._now: tuple[float, ...] = (0.0,) * 12
 
     @property
     def joints(self) -> Joints:
         """Positions [rad] and velocities [rad/s]."""
-        return Joints([*self._now[:6]], [*self._now[6:]])
+        return Joints(self._now[:6], self._now[6:])
 
     def set_payload(self, mass: float, com: list[float], gravity: list[float]) -> None:
         """
@@ -64,79 +78,65 @@ class Mechanics:
             self.bullet.load(loaded_arm(self.arm, mass, com), load[2])
             self.bullet.place(*self.joints)
 
-    def act(self, effects: Effects) -> None:
+    def set_effects(self, effects: Effects) -> None:
         """Set what acts beside the bodies, gravity and the motors."""
         self.effects = effects
-        self._scheme = PlantIntegrator(effects, self.step_time)
-        self.plain = self._scheme.none
+        integrator = PlantIntegrator(effects, self.step_time)
+        self._at_stops = integrator
+        self._integrator = None if integrator.none else integrator
 
     def place(self, q: Sequence[float], qd: Sequence[float]) -> None:
         """Put the joints there."""
         self._now = (*q, *qd)
         self.bullet.place(*self.joints)
 
-    def advance(self, effort: np.ndarray, tau: list[float]) -> tuple[np.ndarray, bool, np.ndarray]:
+    def advance(self, tau: np.ndarray, steps: int) -> Advance:
         """
-        Take one physics step.
+        Take physics steps under a constant torque of the motors.
 
         Parameters
         ----------
-        effort : numpy.ndarray, shape (6,)
+        tau : numpy.ndarray, shape (6,)
             Torque of the motors [N m].
-        tau : list of float
-            The same as a list.
-
-        Returns
-        -------
-        values : numpy.ndarray, shape (12,)
-            q [rad], qd [rad/s].
-        ordinary : bool
-            Whether no limit of position or velocity is in sight.
-        held : numpy.ndarray, shape (6,), bool
-            The joints that a stop held back.
-
-        Raises
-        ------
-        FloatingPointError
-            If the state ran away; the arm then rests where it was before the step.
+        steps : int
+            How many.
 
         """
-        before, held = self._now, NO_JOINTS
-        if not self.plain:
-            tau, held = self._scheme.engine_torque(self.bullet, self.joints, effort)
-        now = self._now = self.bullet.advance(tau)
-        if all(map(le, self._least, now)) and all(map(le, now, self._most)):  # no NaN is
-            return np.array(now), held is NO_JOINTS, held
-        values = np.array(now)
-        if self.plain and self._beyond_a_stop(values):  # PyBullet has none: step back, again
-            self.place(before[:6], before[6:])
-            torque, held = self._scheme.engine_torque(self.bullet, self.joints, effort)
-            self._now = self.bullet.advance(torque)
-            values = self.values()
-        if not np.abs(values).max() < _RUNAWAY:  # NaN is not less either
-            self.place(before[:6], [0.0] * 6)
-            raise FloatingPointError('the state of the arm ran away')
-        return values, False, held
-
-    def advance_plainly(self, tau: Sequence[float], steps: int) -> tuple[float, ...] | None:
-        """Take steps under the motors alone; None, and nothing taken, where a limit is passed."""
-        before, advance = self._now, self.bullet.advance
+        integrator, bullet, motors = self._integrator, self.bullet, tau.tolist()
+        held, free = NO_JOINTS, True
         for _ in range(steps):
-            now = advance(tau)
-            if not (all(map(le, self._least, now)) and all(map(le, now, self._most))):
-                self.bullet.place(before[:6], before[6:])
-                return None
-        self._now = now
-        return now
+            before, torque = self._now, motors
+            try:
+                if integrator is not None:
+                    torque, at_stop = integrator.engine_torque(bullet, before, tau)
+                    if at_stop is not NO_JOINTS:
+                        held, free = held | at_stop, False
+                now = self._now = bullet.advance(torque)
+                if not (all(map(le, self._least, now)) and all(map(le, now, self._most))):
+                    held, free = held | self._step_at_limit(before, tau), False  # nor is NaN
+            except ArithmeticError:
+                self.place(before[:6], [0.0] * 6)
+                return Advance(held, False, True)
+        return _FREE if free else Advance(held, False, False)
 
-    def _beyond_a_stop(self, values: np.ndarray) -> bool:
-        q, limits = values[:6], self.arm.limits
-        beyond = (q < limits.lower) | (q > limits.upper)
-        return bool(beyond.any() and np.abs(values).max() < _RUNAWAY)
+    def _step_at_limit(self, before: tuple[float, ...], tau: np.ndarray) -> np.ndarray:
+        """Look at a step that passed a limit; take it again where a stop has to hold."""
+        held, now = NO_JOINTS, np.array(self._now)
+        if not np.abs(now).max() < _RUNAWAY:  # NaN is not less either
+            raise FloatingPointError('the state of the arm ran away')
+        q, limits = now[:6], self.arm.limits
+        if self._integrator is None and ((q < limits.lower) | (q > limits.upper)).any():
+            self.place(before[:6], before[6:])  # PyBullet has no stops
+            torque, held = self._at_stops.engine_torque(self.bullet, before, tau)
+            self._now = self.bullet.advance(torque)
+            if not np.abs(self._now).max() < _RUNAWAY:
+                raise FloatingPointError('the state of the arm ran away')
+        return held
 
-    def values(self) -> np.ndarray:
-        """Return q and qd in one array, shape (12,)."""
-        return np.array(self._now)
+    def state(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return q [rad] and qd [rad/s], shape (6,) each."""
+        values = np.array(self._now)
+        return values[:6], values[6:]
 
     def declared_gravity(self) -> np.ndarray:
         """Return g(q) of the arm record and its declared payload, in its own gravity [N m]."""

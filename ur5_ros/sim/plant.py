@@ -16,7 +16,7 @@ from ur5_ros.sim.limits import check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.motors import Motors
 from ur5_ros.sim.plant_parameters import PlantParameters
-from ur5_ros.sim.sensing import Sensor, Snapshot
+from ur5_ros.sim.sensing import Sensor
 
 
 def plant_from_parameters(parameters: Mapping[str, Any]) -> 'Plant':
@@ -55,6 +55,12 @@ class Plant:
     ----------
     k : int
         Control period of the present state, counted from 1.
+    stamp : int
+        Stamp of the present state [ns].
+    truth, state : ArmState
+        The present state as it is, and as the encoders measure it.
+    mechanics : Mechanics
+        The moving body.
     exact_sensing : bool
         Whether ``state`` is ``truth``: neither noise nor delay of states is on.
 
@@ -87,32 +93,17 @@ class Plant:
         check_rates(self._rate, physics_rate)
         check_initial_state(arm, self.parameters['initial_positions'])
         self._substeps = physics_rate // self._rate
-        self._mechanics = Mechanics(arm, 1.0 / physics_rate, self.parameters['gui'])
-        self._motors = Motors(self._mechanics, self._substeps / physics_rate,
+        self.mechanics = Mechanics(arm, 1.0 / physics_rate, self.parameters['gui'])
+        self._motors = Motors(self.mechanics, self._substeps / physics_rate,
                               self.parameters['effort_convention'] == 'gravity_excluded')
         self._event_log = EventLog(arm)
         self._sensor = Sensor()
         self._delay = CommandDelay()
         self._wrench_end: int | None = None
-        self._measured: ArmState | None = None
-        self.k = 1
+        self.k = 0
+        self._count_period()
         self._settle()
         self._start()
-
-    @property
-    def truth(self) -> ArmState:
-        """The present state as it is."""
-        return self._truth()
-
-    @property
-    def state(self) -> ArmState:
-        """The present state as the encoders tell it."""
-        return self._truth() if self._measured is None else self._measured
-
-    @property
-    def stamp(self) -> int:
-        """Stamp of the present state [ns]."""
-        return stamp_of_period(self.k, self._rate)
 
     @property
     def counters(self) -> dict[str, int]:
@@ -144,70 +135,24 @@ class Plant:
             If the command is not six finite numbers.
 
         """
-        clamped = held = NO_JOINTS
-        ran_away, mechanics, k = False, self._mechanics, self.k
         if command is not None:
             command = self._motors.read(command)
-        if k == self._wrench_end:
+        if self.k == self._wrench_end:
             self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         if self._commands_delayed:
             command = self._exchange(command)
-        if command is None or self.stopped:
-            effort = self._fall_back()
-        else:
-            self._event_log.fall_back(self.stamp, '')
-            effort, clamped = self._motors.saturate(command)
-        tau = effort.tolist()
-        for _ in range(self._substeps):
-            try:
-                values, ordinary, at_stop = mechanics.advance(effort, tau)
-            except (ArithmeticError, np.linalg.LinAlgError):
-                mechanics.place(mechanics.joints.q, [0.0] * 6)
-                values, ordinary, ran_away = mechanics.values(), False, True
-                break
-            if at_stop is not held:
-                held = held | at_stop
-        self.k = k + 1
-        stamp = stamp_of_period(k + 1, self._rate)
-        self._truth = Snapshot(stamp, values, effort)
-        if not ordinary or clamped is not NO_JOINTS or self._event_log.near_limits:
-            self._event_log.check_limits(stamp_of_period(k, self._rate), self.truth, clamped,
-                                         held, self.parameters['overspeed_stop'])
-        if ran_away:
-            self._event_log.stop(stamp, JOINT_NAMES, 'the state ran away and was put back at rest')
+        effort, clamped = self._torque(command)
+        moved = self.mechanics.advance(effort, self._substeps)
+        before = self.stamp
+        self._count_period()
+        self.truth = ArmState(self.stamp, *self.mechanics.state(), effort)
+        if not moved.free or clamped is not NO_JOINTS or self._event_log.near_limits:
+            self._event_log.check_limits(before, self.truth, clamped, moved.held,
+                                         self.parameters['overspeed_stop'])
+        if moved.ran_away:
+            self._event_log.stop(self.stamp, JOINT_NAMES,
+                                 'the state ran away and was put back at rest')
         return self._sense()
-
-    def takes(self, tau: Sequence[float]) -> bool:
-        """
-        Tell whether six torques [N m] would act as they are, nothing added, nothing to tell.
-
-        :meth:`step_plainly` may then be asked for the next period.
-        """
-        return (self._plain and self._event_log.quiet and self.k != self._wrench_end
-                and self._motors.within_limits(tau))
-
-    def step_plainly(self, tau: Sequence[float]) -> tuple[float, ...] | None:
-        """
-        Advance one control period as :meth:`step` does, without arrays.
-
-        Parameters
-        ----------
-        tau : sequence of float
-            Six torques that the plant :meth:`takes` [N m].
-
-        Returns
-        -------
-        tuple of float, or None
-            Positions [rad] and velocities [rad/s] of the next state; None if a joint would pass
-            a limit: nothing has then changed, and :meth:`step` has to be asked.
-
-        """
-        values = self._mechanics.advance_plainly(tau, self._substeps)
-        if values is not None:
-            self.k += 1
-            self._truth = Snapshot(self.stamp, values, tau)
-            self._sensor.remember(self.k, self._truth)
-        return values
 
     def change(self, name: str, value: Any) -> None:
         """
@@ -222,7 +167,7 @@ class Plant:
         """
         value = self._plant_parameters.change(name, value)
         self._settle()
-        self._tell('parameter', f'{name} is {value}', name=name, value=value)
+        self._log('parameter', f'{name} is {value}', name=name, value=value)
 
     def apply_wrench(self, force: Sequence[float], torque: Sequence[float],
                      frame: str = 'base') -> None:
@@ -248,18 +193,18 @@ class Plant:
         lasts = wrench.any() and duration > 0.0
         self._wrench_end = self.k + max(1, round(duration * self._rate)) if lasts else None
         self._settle()
-        self._tell('wrench', f'wrench at the tool {wrench.tolist()}', force=wrench[:3].tolist(),
+        self._log('wrench', f'wrench at the tool {wrench.tolist()}', force=wrench[:3].tolist(),
                    torque=wrench[3:].tolist(), frame='base')
 
     def reset(self) -> ArmState:
         """Return the initial state under the next stamp; commands under way are dropped."""
-        self.k += 1
+        self._count_period()
         self._event_log.stopped = False
         self._event_log.counts['resets'] += 1
         self._delay.clear()
-        self._sensor.forget()
+        self._sensor.clear()
         self._start()
-        self._tell('reset', 'back at the initial state', position=self.truth.q.tolist(),
+        self._log('reset', 'back at the initial state', position=self.truth.q.tolist(),
                    velocity=self.truth.qd.tolist())
         return self.state
 
@@ -269,39 +214,47 @@ class Plant:
 
     def close(self) -> None:
         """Leave PyBullet."""
-        self._mechanics.bullet.close()
+        self.mechanics.bullet.close()
+
+    def _count_period(self) -> None:
+        self.k += 1
+        self.stamp = stamp_of_period(self.k, self._rate)
 
     def _start(self) -> None:
-        self._mechanics.place(self.parameters['initial_positions'],
-                              self.parameters['initial_velocities'])
-        values = self._mechanics.values()
-        self._truth = Snapshot(self.stamp, values, np.zeros(6))
+        self.mechanics.place(self.parameters['initial_positions'],
+                             self.parameters['initial_velocities'])
+        self.truth = ArmState(self.stamp, *self.mechanics.state(), np.zeros(6))
         self._sense()
 
     def _settle(self) -> None:
-        """Let the present parameters act."""
+        """Let the present parameters act: what they decide is decided here, not in a step."""
         given = self.parameters
-        self._mechanics.set_payload(given['payload.mass'], given['payload.com'], given['gravity'])
-        self._mechanics.act(self._plant_parameters.effects(self.arm))
+        self.mechanics.set_payload(given['payload.mass'], given['payload.com'], given['gravity'])
+        self.mechanics.set_effects(self._plant_parameters.effects(self.arm))
         self._sensing = (given['delay.state_periods'], given['noise.position'],
                          given['noise.velocity'], given['seed'])
         self.exact_sensing = not any(self._sensing[:3])
         self._commands_delayed = given['delay.command_periods'] > 0 or self._delay.busy
-        self._plain = (self.exact_sensing and not self._commands_delayed and self._mechanics.plain
-                       and given['effort_convention'] == 'total')
 
     def _sense(self) -> ArmState:
-        self._sensor.remember(self.k, self._truth)
-        self._measured = None if self.exact_sensing else self._sensor.measured(*self._sensing)
+        self._sensor.add(self.k, self.truth)
+        self.state = self.truth if self.exact_sensing else self._sensor.measure(*self._sensing)
         return self.state
 
     def _exchange(self, command: np.ndarray | None) -> np.ndarray | None:
         delay = self.parameters['delay.command_periods']
         command = self._delay.exchange(self.k, command, delay)
         self._commands_delayed = delay > 0 or self._delay.busy
-        if not self._commands_delayed:
-            self._settle()
         return command
+
+    def _torque(self, command: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Return the torque of the motors [N m] and the joints where it was clamped."""
+        log = self._event_log
+        if command is None or log.stopped:
+            return self._fall_back(), NO_JOINTS
+        if log.fallback:
+            log.fall_back(self.stamp, '')
+        return self._motors.saturate(command)
 
     def _fall_back(self) -> np.ndarray:
         mode = 'brake' if self.stopped else self.parameters['fallback']
@@ -309,5 +262,5 @@ class Plant:
         self._event_log.counts['fallback_periods'] += 1
         return self._motors.fall_back(mode)
 
-    def _tell(self, kind: str, message: str, /, **values: Any) -> None:
-        self._event_log.tell(self.stamp, kind, message, **values)
+    def _log(self, kind: str, message: str, /, **values: Any) -> None:
+        self._event_log.add(self.stamp, kind, message, **values)

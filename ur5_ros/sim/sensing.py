@@ -1,7 +1,6 @@
-"""What the encoders tell: the state, late and with noise, the same for every order of asking."""
+"""What the encoders measure: the state, late and with noise, repeatable."""
 
 from collections import deque
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -33,59 +32,29 @@ class Noise:
         return self._numbers.standard_normal(12)
 
 
-class Snapshot:
-    """
-    A true state as PyBullet gave it; it becomes arrays when somebody asks.
-
-    Parameters
-    ----------
-    stamp : int
-        Simulated time [ns].
-    values : array_like, shape (12,)
-        Six positions [rad], six velocities [rad/s].
-    effort : array_like, shape (6,)
-        Six torques [N m].
-
-    """
-
-    __slots__ = ('_effort', '_stamp', '_state', '_values')
-
-    def __init__(self, stamp: int, values: Sequence[float] | np.ndarray,
-                 effort: Sequence[float] | np.ndarray):
-        self._stamp, self._values, self._effort = stamp, values, effort
-        self._state: ArmState | None = None
-
-    def __call__(self) -> ArmState:
-        """Return the state."""
-        if self._state is None:
-            values = np.array(self._values)
-            self._state = ArmState(self._stamp, values[:6], values[6:], np.array(self._effort))
-        return self._state
-
-
 class Sensor:
-    """Remembers the true states and tells the measured one."""
+    """Keeps the true states and measures the newest."""
 
     def __init__(self):
         self._noise = Noise()
-        self._past: deque[tuple[int, Snapshot]] = deque(maxlen=_KEPT)
+        self._past: deque[tuple[int, ArmState]] = deque(maxlen=_KEPT)
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Drop the past, as a reset does: a delayed state then shows the oldest one after it."""
         self._past.clear()
 
-    def remember(self, k: int, truth: Snapshot) -> None:
+    def add(self, k: int, truth: ArmState) -> None:
         """Keep the true state of period ``k``."""
         self._past.append((k, truth))
 
-    def measured(self, delay: int, position: float, velocity: float, seed: int) -> ArmState:
+    def measure(self, delay: int, position: float, velocity: float, seed: int) -> ArmState:
         """
-        Return the newest state as it is told.
+        Return the newest state as it is measured.
 
         Parameters
         ----------
         delay : int
-            Control periods between what is told and the truth.
+            Control periods between the measured state and the true one.
         position, velocity : float
             Standard deviations [rad], [rad/s].
         seed : int
@@ -97,11 +66,9 @@ class Sensor:
             The stamp of the newest state with the content of ``delay`` periods before.
 
         """
-        now = self._past[-1][1]()
-        k, past = self._past[max(-1 - delay, -len(self._past))]
-        content = past()
-        q, qd = content.q, content.qd
+        stamp = self._past[-1][1].stamp
+        k, (_, q, qd, effort) = self._past[max(-1 - delay, -len(self._past))]
         if position > 0.0 or velocity > 0.0:
             noise = self._noise.of_period(seed, k)
             q, qd = q + position * noise[:6], qd + velocity * noise[6:]
-        return ArmState(now.stamp, q, qd, content.effort)
+        return ArmState(stamp, q, qd, effort)

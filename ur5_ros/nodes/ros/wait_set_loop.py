@@ -127,7 +127,7 @@ class WaitSetLoop:
         Parameters
         ----------
         seconds : float
-            Longest wait of wall time; not below zero.
+            Longest wait of wall time; 0 = none: what has come is taken.
 
         Returns
         -------
@@ -137,6 +137,8 @@ class WaitSetLoop:
 
         """
         wait_set = self._wait_set or self._arm()
+        if seconds <= 0.0:
+            return self.take()
         rest = self._brief_until - time.monotonic()
         if rest > 0.0:
             return self._wait_briefly(wait_set, min(seconds, rest))

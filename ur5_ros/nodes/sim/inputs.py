@@ -14,7 +14,6 @@ from ur5_ros.nodes.ros.diagnostics import Refusals
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, EffortReader, read_message
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import HEARD, HOT, Topics
-from ur5_ros.nodes.sim.fast_step import PlainPeriod
 from ur5_ros.nodes.sim.services import StepQueue
 from ur5_ros.nodes.sim.simulation import Simulation, set_wrench
 from ur5_ros.signals import JOINT_NAMES
@@ -52,8 +51,6 @@ class SimInputs:
         self.requests = LoopRequests(loop.wake)
         self.last_was_stamped = False
         """Whether the last command taken named its state, so that a copy does no harm."""
-        self.stepped = False
-        """Whether the last command took a plain period by itself, for the loop to reset."""
         self.command_topics: list[str] = []
         self.copies = 0
         """Copies of the last command taken that were passed over."""
@@ -65,7 +62,6 @@ class SimInputs:
         self._prefix = parameters['tf_prefix']
         self._reader = EffortReader([self._prefix + name for name in JOINT_NAMES])
         self.hash = PayloadHash(self._reader.layout)
-        self._plain = PlainPeriod(simulation, gate, self._reader.layout)
         self._last = b''
         self._heard: dict[int, tuple[str, int, Any]] = {}
         for role, topic, message_type, qos, take in (
@@ -80,45 +76,33 @@ class SimInputs:
                 self.command_topics.append(topics.names[role])
 
     def receive(self, seconds: float) -> bool:
-        """Wait at most so long, do what came, and return whether a message did."""
-        return self._dispatch(self._loop.wait(seconds))
-
-    def poll(self) -> None:
-        """Do what has come, without a wait."""
-        self._dispatch(self._loop.take())
-
-    def answer_step(self) -> None:
-        """Answer ``~/step``, if a period was taken for it."""
-        if self._steps and self._simulation.paused:
-            self._steps.answer(self._simulation)
-
-    def _dispatch(self, messages: list[tuple[int, bytes]]) -> bool:
+        """Wait at most so long, do what has come, and return whether a message has."""
+        messages = self._loop.wait(seconds)
         for number, data in messages:
-            topic, record, take = self._heard[number]
-            try:
-                take(topic, record, data)
-            except InputError as error:
-                self.refusals.add(topic, 'malformed', str(error))
-                if len(data) <= MOST_RECORDED:
-                    self._recording.write(record, data)
+            self._dispatch(number, data)
         if self.requests:
             self.requests.serve()
         if self._loop.asked and self._steps.look(self._simulation):
             self._gate.resumed()
         return bool(messages)
 
+    def answer_step(self) -> None:
+        """Answer ``~/step``, if a period was taken for it."""
+        if self._steps and self._simulation.paused:
+            self._steps.answer(self._simulation)
+
+    def _dispatch(self, number: int, data: bytes) -> None:
+        topic, record, take = self._heard[number]
+        try:
+            take(topic, record, data)
+        except InputError as error:
+            self.refusals.add(topic, 'malformed', str(error))
+            if len(data) <= MOST_RECORDED:
+                self._recording.write(record, data)
+
     def _take_command(self, topic: str, record: int, data: bytes) -> None:
         if data == self._last:
             self.copies += 1  # of an answer that is recorded and counted already
-            return
-        tau = self._plain.fits(data)
-        if tau is not None:
-            self._recording.write(record, data)
-            self.hash.add(data)
-            self._last = data
-            self.stepped = self._plain.step(tau, data)
-            if not self.stepped:
-                self._gate.offer(topic, self._simulation.plant.stamp, tau)
             return
         stamp, names, effort = self._reader.read(data)
         if names is None:

@@ -1,4 +1,4 @@
-"""The simulator's loop: ask the gate, step or wait, hear what has come."""
+"""The simulator's loop: receive, ask the gate, step."""
 
 import time
 from collections.abc import Mapping
@@ -6,10 +6,12 @@ from typing import Any
 
 from ur5_ros.nodes.sim.inputs import SimInputs
 from ur5_ros.nodes.sim.simulation import Simulation
-from ur5_ros.sim.command_gate import CommandGate
+from ur5_ros.sim.command_gate import CommandGate, Decision
 
 #: Longest wait before signals and services are looked at [s].
 POLL_PERIOD = 0.05
+#: What to do while paused: wait.
+PAUSED = Decision()
 #: In lockstep a state whose stamped answer stays away is sent again after this wall time [s]: our
 #: subscriptions are best effort, and a lost message must not cost a timeout.
 RESEND = 0.1
@@ -39,6 +41,7 @@ class SimLoop:
         self._gate = gate
         self._lockstep = parameters['lockstep']
         self._patience = min(POLL_PERIOD, parameters['lockstep_timeout'] or POLL_PERIOD)
+        self._wait = 0.0
         self._reminded = 0.0
 
     def begin(self) -> None:
@@ -48,37 +51,33 @@ class SimLoop:
         self._gate.resumed()
 
     def turn(self) -> None:
-        """Take a period, or wait a moment for what lets it be taken."""
-        simulation, inputs, gate = self._simulation, self._inputs, self._gate
-        if not simulation.may_step:
-            inputs.receive(POLL_PERIOD)
-            simulation.send_events(gate)
-            return
-        if inputs.stepped:  # a plain period has just gone out: there is nothing to decide
-            inputs.stepped = False
-            inputs.receive(self._patience)
-            simulation.send_events(gate)
-            return
-        decision = gate.next()
+        """Hear what has come or comes within the wait, then take a period if one is due."""
+        simulation, gate = self._simulation, self._gate
+        heard = self._inputs.receive(self._wait)
+        decision = gate.next() if simulation.may_step else PAUSED
         if decision.step:
             simulation.advance(decision.command)
             gate.published(simulation.plant.k)
-            inputs.answer_step()
-            if not self._lockstep or decision.command is None:
-                inputs.poll()
-        elif decision.resend:
+            self._inputs.answer_step()
+        elif decision.resend or (not heard and self._answer_may_be_lost()):
             simulation.outputs.state_again()
-        else:
-            wake = decision.wake
-            rest = POLL_PERIOD if wake is None else wake - time.monotonic()
-            if not inputs.receive(min(max(rest, 0.0), POLL_PERIOD)) and self._lockstep:
-                self._remind()
+        self._wait = self._time_to_wait(decision)
         simulation.send_events(gate)
 
-    def _remind(self) -> None:
-        """Send the state again if its answer may have been lost."""
+    def _time_to_wait(self, decision: Decision) -> float:
+        """Return the longest wait [s] for the next message."""
+        if decision.step:
+            return self._patience if self._lockstep and decision.command is not None else 0.0
+        if decision.wake is None:
+            return POLL_PERIOD
+        return min(max(decision.wake - time.monotonic(), 0.0), POLL_PERIOD)
+
+    def _answer_may_be_lost(self) -> bool:
+        """Return whether the state should be sent again, as its stamped answer stays away."""
         now = time.monotonic()
         sent = max(self._gate.since, self._reminded)
-        if self._inputs.last_was_stamped and now - sent >= RESEND:
-            self._reminded = now
-            self._simulation.outputs.state_again()
+        if not (self._lockstep and self._simulation.may_step and self._inputs.last_was_stamped
+                and now - sent >= RESEND):
+            return False
+        self._reminded = now
+        return True
