@@ -122,7 +122,7 @@ def test_the_choice_of_branch_is_published(holding):
 
 @pytest.mark.parametrize(('names', 'positions', 'words'), [
     (JOINT_NAMES[:5], HOME[:5], 'joint wrist_3_joint is missing'),
-    ((*JOINT_NAMES[:5], 'elbow_joint'), HOME, 'joint wrist_3_joint is missing'),
+    ((*JOINT_NAMES[:5], 'elbow_joint'), HOME, 'joint elbow_joint stands twice'),
     ((*JOINT_NAMES, 'elbow_joint'), [*HOME, 0.0], 'joint elbow_joint stands twice'),
     ((*JOINT_NAMES[:5], 'gripper'), HOME, "unknown joint 'gripper'; the joints are: shoulder"),
     (JOINT_NAMES, HOME[:5], '5 positions for 6 joints'),

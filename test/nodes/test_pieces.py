@@ -17,11 +17,11 @@ from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals, Throttle
 from ur5_ros.nodes.ros.environment import check_environment
-from ur5_ros.nodes.ros.messages import EffortReader, StateReader, order_of
+from ur5_ros.nodes.ros.messages import EffortReader, StateReader
 from ur5_ros.nodes.ros.parameters import matches
 from ur5_ros.nodes.ros.process import pin_to_core
 from ur5_ros.nodes.ros.recording import Recording, run_of
-from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.signals import JOINT_NAMES, joint_order
 
 
 @pytest.mark.parametrize(('section', 'node', 'meant'), [
@@ -39,7 +39,7 @@ def test_sections_of_parameter_files_are_read_as_rcl_reads_them(section, node, m
 def test_any_order_of_names_gives_the_same_joints(names):
     values = {name: float(place) for place, name in enumerate(JOINT_NAMES)}
     given_values = np.array([values[name] for name in names])
-    assert given_values[order_of(names, JOINT_NAMES)].tolist() == list(range(6))
+    assert given_values[joint_order(names, JOINT_NAMES)].tolist() == list(range(6))
 
 
 @pytest.mark.parametrize(('names', 'said'), [
@@ -47,7 +47,7 @@ def test_any_order_of_names_gives_the_same_joints(names):
     (JOINT_NAMES[:5] + JOINT_NAMES[:1], 'twice'), ((), 'missing')])
 def test_wrong_names_are_refused_by_name(names, said):
     with pytest.raises(InputError, match=said):
-        order_of(names, JOINT_NAMES)
+        joint_order(names, JOINT_NAMES)
 
 
 def test_readers_take_their_own_layout_and_any_other_alike():

@@ -33,7 +33,7 @@ from ur5_ros.control.torque_limits import limit_torque
 from ur5_ros.errors import InputError
 from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.signals import JOINT_NAMES, ArmState, Reference
+from ur5_ros.signals import ArmState, Reference
 
 _ZERO = np.zeros(6)
 
@@ -102,7 +102,7 @@ class Controller:
         self.arm = arm
         self._rate = control_rate
         self._settings = settings_from(self.parameters, self.arm, control_rate)
-        self._names = [self._settings.prefix + name for name in JOINT_NAMES]
+        self._names = self._settings.joint_names
         self.experiment = None
         if self.parameters['experiment']:
             self.experiment = experiment_trajectory(

@@ -10,11 +10,11 @@ from ur5_ros.control.experiment import ExperimentTrajectory
 from ur5_ros.control.joint_trajectory import TrajectoryPoint, check_points, joint_spline
 from ur5_ros.control.point_to_point import point_to_point, smooth_stop
 from ur5_ros.control.settings import Settings
-from ur5_ros.control.targets import in_base, joint_order, joint_values, solve_pose
+from ur5_ros.control.targets import in_base, solve_pose
 from ur5_ros.control.tool_motion import Branch, tool_motion
 from ur5_ros.control.trajectory import SECOND, Trajectory, TrajectorySequence
 from ur5_ros.errors import InputError
-from ur5_ros.signals import Reference
+from ur5_ros.signals import Reference, joint_order, joint_values
 
 #: Paths have at most this many control periods [count].
 _LONGEST_PATH = 500_000
@@ -60,7 +60,7 @@ def plan_joints(
         If names or positions are wrong, or a joint would go beyond a limit.
 
     """
-    target = joint_values('positions', positions, joint_order(names, settings.prefix))
+    target = joint_values('positions', positions, joint_order(names, settings.joint_names))
     return Plan(point_to_point(start, target, settings.motion_limits, settings.arm))
 
 
@@ -134,7 +134,7 @@ def plan_trajectory(
         :func:`~ur5_ros.control.joint_trajectory.joint_spline`.
 
     """
-    order = joint_order(names, settings.prefix)
+    order = joint_order(names, settings.joint_names)
     check_points(points, len(order), stamp, now, settings.allow_nonzero_end_velocity)
     return Plan(joint_spline(points, order, start, stamp - now if stamp else 0, settings.arm))
 

@@ -39,6 +39,11 @@ class Settings(NamedTuple):
     max_state_jump: float
     prefix: str
 
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints with their prefix."""
+        return [self.prefix + name for name in JOINT_NAMES]
+
     def law(self) -> TorqueLaw:
         """Return the law of the mode, with its constants packed."""
         return TorqueLaw(self.mode, self.arm, self.gains, self.gravity_excluded,

@@ -12,6 +12,7 @@ from ur5_ros.control.experiment import initial_positions
 from ur5_ros.control.gains import gains_from
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.sim.limits import check_rates
 
 #: Physics steps a second that a run does not go below unless asked [Hz].
 PHYSICS_RATE = 1000
@@ -94,25 +95,6 @@ def run_config(
     if control_parameters['mode'] == 'computed_torque':
         gains_from(control_parameters['kp'], control_parameters['kd'])
     return Plan(sim_parameters, control_parameters, duration)
-
-
-def check_rates(control_rate: int, physics_rate: int) -> None:
-    """
-    Refuse rates of which the physics' is no whole multiple of the controller's.
-
-    Raises
-    ------
-    InputError
-        Naming the nearest rates that divide.
-
-    """
-    if physics_rate % control_rate == 0:
-        return
-    below = max(n for n in range(1, control_rate) if physics_rate % n == 0)
-    above = next((n for n in range(control_rate, physics_rate + 1) if physics_rate % n == 0),
-                 physics_rate)
-    raise InputError(f'control_rate {control_rate} Hz does not divide physics_rate {physics_rate} '
-                     f'Hz; use {below} or {above}')
 
 
 @cache

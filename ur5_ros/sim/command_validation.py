@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ur5_ros.signals import JointNameError, joint_order
 from ur5_ros.sim.events import Event, event
 
 #: The same refusal is reported again after this time [s].
@@ -26,19 +27,13 @@ def in_joint_order(expected: Sequence[str], names: Sequence[str],
         Torques in the order of ``names`` [N m].
 
     """
-    if tuple(names) == tuple(expected) and len(effort) == len(expected):
-        return np.array(effort, dtype=float), ''
-    if tuple(names) != tuple(expected):
-        if len(set(names)) != len(names):
-            return None, 'doubled joint name'
-        if not set(names) <= set(expected):
-            return None, 'unknown joint name'
-        if len(names) != len(expected):
-            return None, 'missing joint name'
+    try:
+        order = joint_order(names, expected)
+    except JointNameError as error:
+        return None, error.reason
     if len(effort) != len(expected):
         return None, 'wrong number of torques'
-    torque = dict(zip(names, effort, strict=True))
-    return np.array([torque[name] for name in expected], dtype=float), ''
+    return np.array(effort, dtype=float)[order], ''
 
 
 def is_finite(command: np.ndarray) -> bool:

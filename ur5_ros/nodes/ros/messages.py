@@ -8,7 +8,7 @@ import numpy as np
 from ur5_ros.cdr.codec import decode
 from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.errors import InputError
-from ur5_ros.signals import ArmState
+from ur5_ros.signals import ArmState, joint_order, joint_values
 
 #: Largest message that is decoded, by what it carries [bytes].
 MOST_BYTES = {
@@ -48,47 +48,6 @@ def read_message(type_name: str, data: bytes) -> dict[str, Any]:
 def stamp_of(header: dict[str, Any]) -> int:
     """Return the stamp of a header [ns]."""
     return int(header['stamp']['sec']) * 1_000_000_000 + int(header['stamp']['nanosec'])
-
-
-def order_of(names: Sequence[str], wanted: Sequence[str]) -> list[int]:
-    """
-    Return where each wanted joint stands in a message.
-
-    Raises
-    ------
-    InputError
-        If a name is missing, unknown or doubled.
-
-    """
-    places = {name: place for place, name in enumerate(names)}
-    if len(places) != len(names):
-        doubled = next(name for name in places if names.count(name) > 1)
-        raise InputError(f'joint {_short(doubled)} is named twice; name each once')
-    for name in names:
-        if name not in wanted:
-            raise InputError(f'unknown joint {_short(name)}; the joints are: {", ".join(wanted)}')
-    for name in wanted:
-        if name not in places:
-            raise InputError(f'joint {name} is missing; name all of: {", ".join(wanted)}')
-    return [places[name] for name in wanted]
-
-
-def six(values: Any, what: str, order: Sequence[int] | None = None) -> np.ndarray:
-    """
-    Return six finite numbers in joint order.
-
-    Raises
-    ------
-    InputError
-        If there are not six, or one is not finite.
-
-    """
-    array = np.asarray(values, dtype=float)
-    if array.shape != (6,):
-        raise InputError(f'{what} has {array.size} numbers; give 6')
-    if not np.isfinite(array).all():
-        raise InputError(f'{what} is {array.tolist()}; give finite numbers')
-    return array if order is None else array[order]
 
 
 class EffortReader:
@@ -158,13 +117,10 @@ class StateReader:
         if self.layout.matches(data):
             return ArmState(*self.layout.decode(data))  # the controller asks whether it is finite
         message = read_message('sensor_msgs/msg/JointState', data)
-        order = order_of(message['name'], self._names)
+        order = joint_order(message['name'], self._names)
         effort = message['effort']
         return ArmState(
-            stamp_of(message['header']), six(message['position'], 'position', order),
-            six(message['velocity'], 'velocity', order),
-            six(effort, 'effort', order) if len(effort) else np.zeros(6))
+            stamp_of(message['header']), joint_values('positions', message['position'], order),
+            joint_values('velocities', message['velocity'], order),
+            joint_values('efforts', effort, order) if len(effort) else np.zeros(6))
 
-
-def _short(name: str) -> str:
-    return repr(name if len(name) < 60 else name[:57] + '...')
