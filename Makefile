@@ -16,10 +16,15 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
 INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation
 PYTEST := $(BIN)/python -m pytest
 ARGS ?=
+CORES := $(shell nproc)
+# one look into each room, and both nodes once
+QUICK := test/config test/cdr test/control/test_law.py test/control/test_experiments.py test/model/test_dynamics.py \
+	test/model/test_kinematics.py test/sim/test_plant.py test/sim/test_command_gate.py test/loop \
+	test/bag/test_reader.py test/analysis/checks test/cli/test_commands.py test/nodes/test_closed_loop.py
 
 BENCHMARKS := $(wildcard benchmarks/bench_*.py)
 
-.PHONY: help setup setup-all demo test coverage lint types bench faults soak sweep-proof test-browser docs lock clean
+.PHONY: help setup setup-all demo test test-quick coverage lint types bench faults soak sweep-proof test-browser docs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
@@ -58,7 +63,11 @@ types: setup-all  ## mypy
 	$(BIN)/mypy
 
 test: lint types  ## linters, types, import contracts, every test
-	$(PYTEST) -q -m 'not browser' $(ARGS) </dev/null
+	$(PYTEST) -q -n $(CORES) --dist loadfile -m 'not processes and not browser' $(ARGS) </dev/null
+	$(PYTEST) -q -m 'processes and not browser' $(ARGS) </dev/null
+
+test-quick: lint types  ## what a change usually breaks, in two minutes
+	$(PYTEST) -q -n $(CORES) --dist loadfile $(QUICK) $(ARGS) </dev/null
 
 coverage: setup-all  ## the same tests under watch: which lines no test runs
 	$(PYTEST) -q -m 'not browser' --cov=ur5_ros --cov-report=term:skip-covered $(ARGS) </dev/null

@@ -19,6 +19,18 @@ def pytest_addoption(parser):
                           'once more for each part of a run in parts')
 
 
+#: Folders whose tests need neither ROS nor a process of their own, nor a core for themselves.
+ALONE = ('model', 'config', 'control', 'cdr', 'bag', 'sim', 'loop', 'analysis')
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what starts processes, so that all else can run on every core at once."""
+    for item in items:
+        room = item.path.relative_to(REPO / 'test').parts[0]
+        if room not in ALONE:
+            item.add_marker('processes')
+
+
 def pytest_configure(config):
     config.addinivalue_line('markers', 'fault(*rows): breaks what these rows of the catalogue '
                             'of faults name')
