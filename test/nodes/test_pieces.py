@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.errors import InputError
+from ur5_ros.model.rotations import position_and_quaternion
 from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals, Throttle
 from ur5_ros.nodes.ros.environment import check_environment

@@ -7,7 +7,7 @@ from ur5_ros.config import list_arms, load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics, link_transforms
 from ur5_ros.viewer.track import joint_angles, tool_positions, tree_of
-from ur5_ros.viewer.urdf_tree import link_poses, parse_urdf, quaternion, turn
+from ur5_ros.viewer.urdf_tree import link_poses, parse_urdf, turn
 
 CASES = np.random.default_rng(5).uniform(-np.pi, np.pi, (20, 6))
 
@@ -34,16 +34,6 @@ def test_a_shape_keeps_its_place_on_its_link():
     elbow = (np.linalg.inv(poses['base']) @ poses['forearm_link'])[:, :3, 3]
     model = link_transforms(CASES, arm)[:, 1, :3, 3]
     np.testing.assert_allclose(elbow, model, atol=1e-12)
-
-
-@pytest.mark.parametrize('axis', np.eye(3))
-@pytest.mark.parametrize('angle', [-3.0, -1.0, 0.0, 0.5, np.pi])
-def test_a_quaternion_turns_as_its_matrix_does(axis, angle):
-    matrix = turn(axis, angle)[:3, :3]
-    w, *v = quaternion(matrix)
-    point = np.array([0.3, -0.2, 0.9])
-    turned = point + 2 * w * np.cross(v, point) + 2 * np.cross(v, np.cross(v, point))
-    np.testing.assert_allclose(turned, matrix @ point, atol=1e-12)
 
 
 @pytest.mark.parametrize(('text', 'said'), [

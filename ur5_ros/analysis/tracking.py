@@ -8,6 +8,7 @@ from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.residual import CHUNK
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.model.rotations import rotation_vector
 
 
 class ToolTracking(NamedTuple):
@@ -92,43 +93,6 @@ def _pose_errors(made: np.ndarray, desired: np.ndarray) -> tuple[np.ndarray, np.
     turn = np.einsum('nji,njk->nik', desired[:, :3, :3], made[:, :3, :3])
     return (np.linalg.norm(made[:, :3, 3] - desired[:, :3, 3], axis=1),
             np.linalg.norm(rotation_vector(turn), axis=1))
-
-
-def rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """
-    Return the rotation vectors of rotation matrices, angle 0 to pi.
-
-    Through the quaternion's largest component, so that every angle is accurate.
-
-    Parameters
-    ----------
-    rotation : numpy.ndarray, shape (n, 3, 3)
-        Rotation matrices.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 3)
-        Rotation vectors [rad].
-
-    """
-    r = rotation
-    trace = r[:, 0, 0] + r[:, 1, 1] + r[:, 2, 2]
-    four = np.empty((len(r), 4, 4))  # 4 q q^T, of q = (x, y, z, w)
-    for i in range(3):
-        four[:, i, i] = 1.0 + 2.0 * r[:, i, i] - trace
-        for j in range(i):
-            four[:, i, j] = four[:, j, i] = r[:, i, j] + r[:, j, i]
-        j, k = (i + 1) % 3, (i + 2) % 3
-        four[:, i, 3] = four[:, 3, i] = r[:, k, j] - r[:, j, k]
-    four[:, 3, 3] = 1.0 + trace
-    best = np.argmax(np.einsum('nii->ni', four), axis=1)
-    quaternion = four[np.arange(len(r)), best]
-    quaternion /= np.linalg.norm(quaternion, axis=1)[:, None]
-    quaternion *= np.where(quaternion[:, 3:] < 0.0, -1.0, 1.0)
-    length = np.linalg.norm(quaternion[:, :3], axis=1)
-    angle = 2.0 * np.arctan2(length, quaternion[:, 3])
-    scale = np.where(length > 1e-12, angle / np.maximum(length, 1e-300), 2.0)
-    return quaternion[:, :3] * scale[:, None]
 
 
 def continuous_vectors(vectors: np.ndarray) -> np.ndarray:

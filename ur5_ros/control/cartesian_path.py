@@ -6,6 +6,7 @@ import numpy as np
 
 from ur5_ros.control.profiles import Curve, ToolSamples, quintic_rise
 from ur5_ros.errors import InputError
+from ur5_ros.model.rotations import rotation_about, rotation_vector
 
 #: A turn by one radian counts as this length of way [m] (assumed: the size of a tool).
 TURN_LENGTH = 0.2
@@ -53,7 +54,7 @@ class StraightLines:
         along = (s.value - self._way[leg])[:, None]
         pose = self._pose[leg]
         pose[:, :3, 3] += along * self._direction[leg, :3]
-        spin = _rotations(self._axis[leg], along[:, 0] * self._angle[leg])
+        spin = rotation_about(self._axis[leg], along[:, 0] * self._angle[leg])
         pose[:, :3, :3] = np.matmul(pose[:, :3, :3], spin)
         return ToolSamples(pose, s.rate[:, None] * self._direction[leg],
                            s.acceleration[:, None] * self._direction[leg])
@@ -226,32 +227,4 @@ def _ramp(t: np.ndarray, length: np.ndarray) -> Curve:
 def _turns(rotations: np.ndarray) -> np.ndarray:
     """Return the rotation vectors in base [rad] that carry each rotation to the next."""
     relative = np.matmul(rotations[1:], np.swapaxes(rotations[:-1], 1, 2))
-    return np.array([_rotation_vector(matrix) for matrix in relative]).reshape(-1, 3)
-
-
-def _rotation_vector(matrix: np.ndarray) -> np.ndarray:
-    """Return axis times angle, the angle within 0 and pi, well conditioned at both ends."""
-    twice_sine = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0],
-                           matrix[1, 0] - matrix[0, 1]])
-    sine, cosine = np.linalg.norm(twice_sine) / 2.0, (np.trace(matrix) - 1.0) / 2.0
-    angle = np.arctan2(sine, cosine)
-    if cosine > 0.0:
-        return twice_sine / 2.0 * (angle / sine if sine > 0.0 else 1.0)
-    square = (matrix + matrix.T) / 2.0 - cosine * np.eye(3)  # (1 - cos) axis axis^T
-    column = square[:, int(np.diag(square).argmax())]
-    axis = column / np.linalg.norm(column)
-    return angle * (axis if twice_sine @ axis >= 0.0 else -axis)
-
-
-def _rotations(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the rotations about unit axes (n, 3) by angles (n,): Rodrigues' formula."""
-    x, y, z = axis[:, 0], axis[:, 1], axis[:, 2]
-    sine, versine = np.sin(angle), 2.0 * np.sin(angle / 2.0) ** 2
-    turn = np.empty((angle.size, 3, 3))
-    turn[:, 0] = np.stack([1.0 - versine * (y * y + z * z), versine * x * y - sine * z,
-                           versine * x * z + sine * y], axis=-1)
-    turn[:, 1] = np.stack([versine * x * y + sine * z, 1.0 - versine * (x * x + z * z),
-                           versine * y * z - sine * x], axis=-1)
-    turn[:, 2] = np.stack([versine * x * z - sine * y, versine * y * z + sine * x,
-                           1.0 - versine * (x * x + y * y)], axis=-1)
-    return turn
+    return rotation_vector(relative)

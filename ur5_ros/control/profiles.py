@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.config.experiments import Axis, JointWaves, ToolCircle, ToolWaves, Wave
+from ur5_ros.model.rotations import rotation_of_rpy
 from ur5_ros.signals import JOINT_NAMES, Reference
 
 _AXES: tuple[Axis, ...] = ('x', 'y', 'z')
@@ -221,13 +222,8 @@ def _product(a: Curve, b: Curve) -> Curve:
 
 def _angles(a: Curve, b: Curve, c: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return Rz(c) Ry(b) Rx(a) (n, 3, 3), its angular velocity and acceleration (n, 3)."""
-    sa, ca = np.sin(a.value), np.cos(a.value)
     sb, cb = np.sin(b.value), np.cos(b.value)
     sc, cc = np.sin(c.value), np.cos(c.value)
-    turn = np.empty((a.value.size, 3, 3))
-    turn[:, 0] = np.stack([cc * cb, cc * sb * sa - sc * ca, cc * sb * ca + sc * sa], axis=-1)
-    turn[:, 1] = np.stack([sc * cb, sc * sb * sa + cc * ca, sc * sb * ca - cc * sa], axis=-1)
-    turn[:, 2] = np.stack([-sb, cb * sa, cb * ca], axis=-1)
     omega = np.stack([
         cc * cb * a.rate - sc * b.rate,
         sc * cb * a.rate + cc * b.rate,
@@ -240,7 +236,7 @@ def _angles(a: Curve, b: Curve, c: Curve) -> tuple[np.ndarray, np.ndarray, np.nd
         + cc * b.acceleration - sc * c.rate * b.rate,
         c.acceleration - sb * a.acceleration - cb * b.rate * a.rate,
     ], axis=-1)
-    return turn, omega, alpha
+    return rotation_of_rpy(a.value, b.value, c.value), omega, alpha
 
 
 def _turned(start: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from ur5_ros.control.tool_motion import Branch, singularity_distance
 from ur5_ros.errors import InputError
 from ur5_ros.model.inverse_kinematics import inverse_kinematics, nearest_solution
 from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.model.rotations import rotation_of_quaternion
 from ur5_ros.signals import JOINT_NAMES
 
 #: How far the norm of a quaternion may be from one: single precision and some.
@@ -49,13 +50,8 @@ def pose_matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.nd
     if abs(norm - 1.0) > QUATERNION_TOLERANCE:
         raise InputError(f'the quaternion [{", ".join(f"{v:g}" for v in quat)}] has the norm '
                          f'{norm:.6g}; give one of norm 1 (x, y, z, w)')
-    x, y, z, w = quat / norm
     transform = np.eye(4)
-    transform[:3, :3] = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-    ]
+    transform[:3, :3] = rotation_of_quaternion(quat / norm)
     transform[:3, 3] = p
     return transform
 

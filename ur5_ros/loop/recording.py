@@ -11,7 +11,6 @@ from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.writer import BagWriter
 from ur5_ros.cdr.diagnostics import status_array
 from ur5_ros.cdr.fixed_messages import (
@@ -24,6 +23,7 @@ from ur5_ros.cdr.fixed_messages import (
 from ur5_ros.config import arm_text
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.model.rotations import position_and_quaternion
 from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
 from ur5_ros.sim.events import Event
 from ur5_ros.sim.urdf import urdf_text

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import viser
 
+from ur5_ros.model.rotations import quaternion_of
 from ur5_ros.viewer.track import joint_angles
-from ur5_ros.viewer.urdf_tree import UrdfTree, Visual, quaternion, turn
+from ur5_ros.viewer.urdf_tree import UrdfTree, Visual, turn
 
 MEASURED = (31, 119, 180)
 WANTED = (230, 97, 1)
@@ -36,7 +37,7 @@ class ArmScene:
             paths[joint.child] = f'{paths[joint.parent]}/{joint.child}'
             self._frames[joint.name] = scene.add_frame(
                 paths[joint.child], show_axes=joint.child.endswith('tool0'), axes_length=0.1,
-                axes_radius=0.004, wxyz=quaternion(joint.pose[:3, :3]),
+                axes_radius=0.004, wxyz=_wxyz(joint.pose[:3, :3]),
                 position=joint.pose[:3, 3])
         for link, visuals in tree.visuals.items():
             for i, visual in enumerate(visuals):
@@ -49,7 +50,7 @@ class ArmScene:
             for joint in self._tree.joints:
                 if joint.name in angles:
                     rotation = (joint.pose @ turn(joint.axis, angles[joint.name]))[:3, :3]
-                    self._frames[joint.name].wxyz = quaternion(rotation)
+                    self._frames[joint.name].wxyz = _wxyz(rotation)
 
     def path(self, name: str, points: np.ndarray, colour: tuple[int, int, int]) -> None:
         """
@@ -75,7 +76,7 @@ class ArmScene:
     def _draw(self, path: str, visual: Visual) -> None:
         scene = self._server.scene
         place: dict[str, Any] = {
-            'color': visual.colour, 'wxyz': quaternion(visual.pose[:3, :3]),
+            'color': visual.colour, 'wxyz': _wxyz(visual.pose[:3, :3]),
             'position': visual.pose[:3, 3]}
         if visual.kind == 'cylinder':
             scene.add_cylinder(path, radius=visual.size[0], height=visual.size[1], **place)
@@ -83,3 +84,7 @@ class ArmScene:
             scene.add_icosphere(path, radius=visual.size[0], **place)
         else:
             scene.add_box(path, dimensions=np.array(visual.size), **place)
+
+
+def _wxyz(rotation: np.ndarray) -> np.ndarray:
+    return np.roll(quaternion_of(rotation), 1)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.errors import InputError
+from ur5_ros.model.rotations import rotation_about, rotation_of_rpy
 
 MAX_CHARACTERS = 20_000_000
 
@@ -114,29 +115,13 @@ def link_poses(tree: UrdfTree, angles: dict[str, np.ndarray]) -> dict[str, np.nd
 
 def turn(axis: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
     """Return the pose (..., 4, 4) of a rotation by ``angle`` [rad] about a unit ``axis``."""
-    angle = np.asarray(angle, dtype=float)
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    pose = np.zeros((*angle.shape, 4, 4))
-    pose[..., :3, :3] = (np.eye(3) + np.sin(angle)[..., None, None] * cross
-                         + (1.0 - np.cos(angle))[..., None, None] * (cross @ cross))
-    pose[..., 3, 3] = 1.0
+    return _pose(rotation_about(axis, angle))
+
+
+def _pose(rotation: np.ndarray) -> np.ndarray:
+    pose = np.zeros((*rotation.shape[:-2], 4, 4))
+    pose[..., :3, :3], pose[..., 3, 3] = rotation, 1.0
     return pose
-
-
-def quaternion(rotation: np.ndarray) -> np.ndarray:
-    """Return w, x, y, z of a rotation matrix (3, 3)."""
-    squares = np.array([1.0 + np.trace(rotation),
-                        *(1.0 + 2.0 * rotation[i, i] - np.trace(rotation) for i in range(3))])
-    i = int(np.argmax(squares))
-    r = rotation
-    rows = {
-        0: [squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-        1: [r[2, 1] - r[1, 2], squares[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
-        2: [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], squares[2], r[1, 2] + r[2, 1]],
-        3: [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], squares[3]],
-    }
-    return np.array(rows[i]) / (2.0 * math.sqrt(squares[i]))
 
 
 def _joint(joint: ElementTree.Element) -> Joint:
@@ -180,8 +165,7 @@ def _origin(element: ElementTree.Element) -> np.ndarray:
     if origin is None:
         return np.eye(4)
     roll, pitch, yaw = _numbers(origin.get('rpy', '0 0 0'), 3)
-    pose = turn(np.array([0, 0, 1]), yaw) @ turn(np.array([0, 1, 0]), pitch) @ turn(
-        np.array([1, 0, 0]), roll)
+    pose = _pose(rotation_of_rpy(roll, pitch, yaw))
     pose[:3, 3] = _numbers(origin.get('xyz', '0 0 0'), 3)
     return pose
 

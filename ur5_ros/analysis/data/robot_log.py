@@ -9,11 +9,11 @@ import numpy as np
 
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
-from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.bag.writer import BagWriter
 from ur5_ros.cdr.fixed_messages import FixedJointState, FixedPose, FixedTrajectoryPoint
 from ur5_ros.config import CONTROL_PARAMETERS, arm_text, complete, load_arm
 from ur5_ros.errors import InputError
+from ur5_ros.model.rotations import quaternion_of, rotation_about
 from ur5_ros.signals import JOINT_NAMES
 
 #: A log of ten hours at 500 Hz is about this long [bytes].
@@ -202,19 +202,13 @@ def _write(read: RobotLog, log: Path, out: Path, arm: str) -> None:
                              current.encode(stamp, (), (), values['current'][k]))
             if 'tool' in values:
                 writer.write(topics['tool_pose'], stamp, pose.encode(
-                    stamp, *position_and_quaternion(_pose(values['tool'][k]))))
+                    stamp, values['tool'][k][:3], _quaternion(values['tool'][k][3:])))
         writer.note('summary', {'reason': f'imported from {log.name}', 'periods': len(stamps)})
     if writer.failure:
         raise InputError(f'{out}: {writer.failure}')
 
 
-def _pose(tool: np.ndarray) -> np.ndarray:
-    """Return the transform of a position and rotation vector (Rodrigues)."""
-    angle = float(np.linalg.norm(tool[3:]))
-    axis = tool[3:] / angle if angle else np.array([0.0, 0.0, 1.0])
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    out = np.eye(4)
-    out[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    out[:3, 3] = tool[:3]
-    return out
+def _quaternion(vector: np.ndarray) -> np.ndarray:
+    """Return the quaternion of a rotation vector."""
+    angle = float(np.linalg.norm(vector))
+    return quaternion_of(rotation_about(vector / (angle or 1.0), angle))

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from typing import Any
 
 from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.bag.poses import position_and_quaternion
 from ur5_ros.cdr.diagnostics import ERROR, OK, STALE, WARN
 from ur5_ros.control.controller import Controller, ControlOutput
 from ur5_ros.control.settings import USUAL_RATE
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
+from ur5_ros.model.rotations import position_and_quaternion
 from ur5_ros.nodes.control.topics import ControlOutputs
 from ur5_ros.nodes.ros.messages import StateReader
 from ur5_ros.nodes.ros.recording import Recording
