@@ -59,7 +59,7 @@ class Comparison(NamedTuple):
             d.largest <= TOLERANCE for d in self.differences)
         return self.identical or (self.same_machine is False and close)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_plain(self) -> dict[str, Any]:
         """Return the comparison as plain values."""
         return {'format': 'ur5_ros comparison', 'version': 1, 'same': self.same,
                 'identical': self.identical, **self._asdict(),

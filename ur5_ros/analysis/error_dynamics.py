@@ -16,7 +16,7 @@ BLOCK = 16
 
 
 class ErrorDynamics(NamedTuple):
-    """The tracking error and what theory makes of it."""
+    """The tracking error and what theory predicts."""
 
     error: np.ndarray
     """q - q* [rad], shape (n, 6); NaN where no reference is recorded."""
@@ -40,27 +40,13 @@ def error_dynamics(run: Run, laws: Sequence[Law], counted: np.ndarray) -> ErrorD
     with what one period takes the plant away from the reference when it starts on it: rate =
     qd* + h qdd* - qd*' and position = q* + h qd*' - q*'.  With n physics steps a period the torque
     that follows the reference is held over them; then this holds as far as the error is small.
-    A stretch is a run of counted periods; each is predicted from its first state on, with the
-    gains in force.
-
-    Parameters
-    ----------
-    run : Run
-        A recording with a reference.
-    laws : sequence of Law
-        The gains in force.
-    counted : numpy.ndarray of bool, shape (n - 1,)
-        Periods in which the law was in charge.
-
-    Returns
-    -------
-    ErrorDynamics
-        Error, defects and predictions.
+    ``counted`` are the periods in which the law was active, shape (n - 1,). A stretch is a
+    sequence of them; each is predicted from its first state on, with the gains in force.
 
     """
     h, n = run.h, len(run.stamp)
     q, qd, _ = run.exact
-    star = run.reference
+    star = run.required_reference
     error, rate = q - star.q, qd - star.qd
     jump = _jumps(run)  # (n - 1, 12)
     state = np.hstack([error, rate])
@@ -125,12 +111,12 @@ def stretches(counted: np.ndarray) -> list[tuple[int, int]]:
 
 def _jumps(run: Run) -> np.ndarray:
     """Return where a period that starts on the reference ends, from the reference, (n - 1, 12)."""
-    star, arm, n = run.reference, run.control.arm, run.substeps
+    star, arm, n = run.required_reference, run.required_control.arm, run.substeps
     if n <= 1:
         rate = star.qd[:-1] + run.h * star.qdd[:-1] - star.qd[1:]
         return np.hstack([star.q[:-1] + run.h * (star.qd[1:] + rate) - star.q[1:], rate])
     jump = np.full((len(star.q) - 1, 12), np.nan)
-    known = np.flatnonzero(np.isfinite(np.hstack([*star])).all(axis=1)[:-1])
+    known = np.flatnonzero(run.has_reference[:-1])
     for start in range(0, len(known), CHUNK):
         rows = known[start:start + CHUNK]
         q, qd, qdd = (part[rows] for part in star)

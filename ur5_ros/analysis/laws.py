@@ -1,4 +1,4 @@
-"""What the law promises, and when it was in charge: what the checks of the law share."""
+"""What the law promises, and when it was active: what the checks of the law share."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -11,6 +11,9 @@ from ur5_ros.control.gains import Gains, gains_from
 #: A recorded error may exceed what the sampled loop predicts by this factor.
 BEYOND_THEORY = 1.25
 
+#: Parameters whose change makes another law.
+_LAW_PARAMETERS = {'kp', 'kd', 'mode', 'torque_rate_limit'}
+
 
 class Law(NamedTuple):
     """The law that answers some of the states: rows ``first`` to ``end - 1``."""
@@ -18,7 +21,7 @@ class Law(NamedTuple):
     first: int
     end: int
     parameters: Mapping[str, Any]
-    """Every parameter of the controller while it answers them."""
+    """Every parameter of the controller in this time."""
     gains: Gains
 
     @property
@@ -32,38 +35,28 @@ def laws_of(run: Run) -> list[Law]:
     Return the laws in force, in order: one, and another wherever gains or mode were changed.
 
     A change acts on the answers to the states after the one that was answered last before it.
-
-    Parameters
-    ----------
-    run : Run
-        A recording with the controller's description.
-
-    Raises
-    ------
-    InputError
-        If gains make no stable error equation.
+    Gains that make no stable error equation raise InputError.
 
     """
     found: list[Law] = []
-    given, count = dict(run.control.parameters), len(run.stamp)
-    for stamp, values in ((0, {}), *run.control.changes):
-        given = {**given, **values}
+    control, count = run.required_control, len(run.stamp)
+    parameters = dict(control.parameters)
+    for stamp, values in ((0, {}), *control.changes):
+        parameters = {**parameters, **values}
         first = int(np.searchsorted(run.stamp, stamp, side='right')) if found else 0
-        if found and not _ABOUT_THE_LAW.intersection(values):
+        if found and not _LAW_PARAMETERS.intersection(values):
             continue
         if found and found[-1].first == first:
             found.pop()
         elif found:
             found[-1] = found[-1]._replace(end=first)
-        found.append(Law(first, count, given, gains_from(given['kp'], given['kd'])))
+        gains = gains_from(parameters['kp'], parameters['kd'])
+        found.append(Law(first, count, parameters, gains))
     return [law for law in found if law.first < law.end]
 
 
-_ABOUT_THE_LAW = {'kp', 'kd', 'mode', 'torque_rate_limit'}
-
-
 def promised_rows(laws: list[Law], count: int) -> np.ndarray:
-    """Tell which of ``count`` states are answered by computed torque, shape (count,)."""
+    """Return which of ``count`` states are answered by computed torque, shape (count,)."""
     promised = np.zeros(count, dtype=bool)
     for law in laws:
         promised[law.first:law.end] = law.promised
@@ -72,14 +65,14 @@ def promised_rows(laws: list[Law], count: int) -> np.ndarray:
 
 def law_active(run: Run) -> np.ndarray:
     """
-    Tell in which periods the law's command acted as it was given, shape (n - 1,).
+    Return in which periods the law's command acted as it was sent, shape (n - 1,).
 
     Not where a state went unanswered, across a gap, beyond the torque limits, or, when not in
     lockstep, where the command came too late.
 
     """
-    star = np.isfinite(np.hstack([*run.reference])).all(axis=1)
-    counted = run.steps & star[:-1] & star[1:]
+    referenced = run.has_reference
+    counted = run.steps & referenced[:-1] & referenced[1:]
     if run.command is None:
         return counted
     counted = counted & np.isfinite(run.command[:-1]).all(axis=1)
@@ -103,20 +96,12 @@ def noise_allowance(run: Run) -> float:
     """
     if run.sim is None:
         return 0.0
-    given = run.sim.parameters
-    return 10.0 * (given['noise.position'] + given['noise.velocity'] * 1.0)
+    parameters = run.sim.parameters
+    return 10.0 * (parameters['noise.position'] + parameters['noise.velocity'] * 1.0)
 
 
 def largest(values: np.ndarray) -> tuple[float, int, int]:
-    """
-    Return the largest magnitude, its column and its row; NaN entries are not looked at.
-
-    Parameters
-    ----------
-    values : numpy.ndarray, shape (n, m)
-        Numbers; those that are NaN were not measured.
-
-    """
+    """Return the largest magnitude of an (n, m) array, its column and row; NaN is left out."""
     size = np.abs(values)
     size[np.isnan(size)] = -1.0
     row, column = np.unravel_index(int(np.argmax(size)), size.shape)

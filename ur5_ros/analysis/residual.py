@@ -1,4 +1,4 @@
-"""Model residual: how far the recorded motion is from the equations, as torque."""
+"""Residuals as torque: of the equations of motion, and of the command."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.plant_integrator import PlantModel, predict
-from ur5_ros.model.dynamics import inertia_matrix, inverse_dynamics
+from ur5_ros.model.dynamics import gravity_torque, inertia_matrix, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 
 #: Rows that one pass takes, so that memory stays flat.
@@ -17,7 +17,7 @@ STICKING = 1e-12
 
 
 class Residual(NamedTuple):
-    """Defect of every recorded period; NaN where it cannot be told."""
+    """Defect of every recorded period; NaN where it is not known."""
 
     torque: np.ndarray
     """Residual [N m], shape (n - 1, 6)."""
@@ -25,26 +25,15 @@ class Residual(NamedTuple):
     """Defect of q' = q + h qd' [rad], shape (n - 1, 6)."""
 
 
-def residual(run: Run, plan: list[tuple[int, PlantModel]]) -> Residual:
+def residual(run: Run, models: list[tuple[int, PlantModel]]) -> Residual:
     """
     Return the residual of every period.
 
     r_k = M(q_k)(qd_{k+1} - qd_k)/h + C qd_k + g + D qd_{k+1} + f(qd_{k+1}) - J^T w - effort_{k+1},
-    D, f and w being the friction and the wrench of the scheme; with n physics steps a period the
-    scheme is integrated n times under constant effort, and r_k = M(q_k)(qd_{k+1} -
-    prediction)/(n h).  A joint at its stop is left out.
-
-    Parameters
-    ----------
-    run : Run
-        The recording; its exact states are used where they are known.
-    plan : list of (int, PlantModel)
-        The scheme in force from each row on, the first being row 0.
-
-    Returns
-    -------
-    Residual
-        Torque and position defects.
+    D, f and w being the friction and the wrench of the plant model in force from each row of
+    ``models`` on; with n physics steps a period the model is integrated n times under constant
+    effort, and r_k = M(q_k)(qd_{k+1} - prediction)/(n h).  Exact states are used where they are
+    recorded; a joint at its stop is left out.
 
     """
     q, qd, effort = run.exact
@@ -52,38 +41,58 @@ def residual(run: Run, plan: list[tuple[int, PlantModel]]) -> Residual:
     whole = run.steps
     torque = np.full((last, 6), np.nan)
     position = torque.copy()
-    ends = [first for first, _ in plan[1:]] + [last]
-    for (first, scheme), end in zip(plan, ends, strict=True):
+    ends = [first for first, _ in models[1:]] + [last]
+    for (first, model), end in zip(models, ends, strict=True):
         for start in range(first, min(end, last), CHUNK):
             rows = np.arange(start, min(start + CHUNK, end, last))
             rows = rows[whole[rows]]
             if len(rows):
                 torque[rows], position[rows] = _defects(
-                    scheme, q[rows], qd[rows], effort[rows + 1], q[rows + 1], qd[rows + 1], run)
+                    model, q[rows], qd[rows], effort[rows + 1], q[rows + 1], qd[rows + 1], run)
     return Residual(torque, position)
 
 
-def _defects(scheme, q, qd, effort, q_next, qd_next, run):
+def _defects(model, q, qd, effort, q_next, qd_next, run):
     """Return torque and position defect of these periods, each of shape (n, 6)."""
     h, n = 1.0 / run.physics_rate, run.substeps
-    angles = q + scheme.arm.angle_offset
+    angles = q + model.arm.angle_offset
     if n == 1:
-        torque = inverse_dynamics(angles, qd, (qd_next - qd) / h, scheme.arm) - effort
-        torque += scheme.viscous * qd_next - scheme.external(q)
-        torque = _beyond_coulomb(torque, qd_next, scheme.coulomb)
+        torque = inverse_dynamics(angles, qd, (qd_next - qd) / h, model.arm) - effort
+        torque += model.viscous * qd_next - model.external(q)
+        torque = _beyond_coulomb(torque, qd_next, model.coulomb)
         position = q_next - q - h * qd_next
     else:
-        q_end, qd_end = predict(scheme, q, qd, effort, h, n)
+        q_end, qd_end = predict(model, q, qd, effort, h, n)
         gap = (qd_next - qd_end) / (n * h)
-        torque = np.einsum('nij,nj->ni', inertia_matrix(angles, scheme.arm), gap)
+        torque = np.einsum('nij,nj->ni', inertia_matrix(angles, model.arm), gap)
         position = q_next - q_end
-    torque[at_stop(q_next, scheme.arm)] = np.nan  # the reaction of the stop is not recorded
+    torque[at_stop(q_next, model.arm)] = np.nan  # the reaction of the stop is not recorded
     return torque, position
 
 
 def at_stop(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
-    """Tell which joints of positions ``q`` [rad], shape (..., 6), are at the end of their way."""
+    """Return which joints of positions ``q`` [rad], shape (..., 6), are at a position limit."""
     return (q >= arm.limits.upper - 1e-9) | (q <= arm.limits.lower + 1e-9)
+
+
+def command_defect(run: Run) -> np.ndarray:
+    """
+    Return effort of state k+1 minus the command of state k, shape (n - 1, 6) [N m].
+
+    Gravity is added to the command where the plant adds it.  NaN where there is no answer or no
+    successor, zero where a torque limit explains the difference.
+
+    """
+    q, _, effort = run.exact
+    command = run.required_command[:-1].copy()
+    if run.sim and run.sim.parameters.get('effort_convention') == 'gravity_excluded':
+        command += gravity_torque(q[:-1] + run.sim.arm.angle_offset, run.sim.arm)
+    if run.sim:
+        limit = run.sim.arm.limits.effort
+        command = np.clip(command, -limit, limit)
+    defect = effort[1:] - command
+    defect[~run.steps] = np.nan
+    return defect
 
 
 def _beyond_coulomb(torque: np.ndarray, qd_next: np.ndarray, level: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The unexplained torque in blocks of samples, and what each cause would add to it."""
+"""The unexplained torque in blocks of samples, and the torque that a unit of each cause adds."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -12,13 +12,16 @@ from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.regressor import dynamics_regressor
 
-#: Blocks that are looked at, and periods a block: sums in which velocity noise cancels.
+#: Blocks that are taken of a run, and periods a block: sums in which velocity noise cancels.
 BLOCKS, BLOCK = 1500, 20
 
 #: Length of a block where the states are measured ones [s].
 SMOOTHING = 0.1
 
-#: Speed below which the direction of dry friction is not told [rad/s].
+#: Fewer blocks are no evidence.
+LEAST_BLOCKS = 10
+
+#: Speed below which the direction of dry friction is not known [rad/s].
 SLOW = 1e-6
 
 
@@ -35,104 +38,90 @@ class SampleBlocks(NamedTuple):
     """Torque that acted [N m]."""
     unexplained_torque: np.ndarray
     """effort - inverse dynamics of the arm: what else the motion took [N m]."""
-    plain: bool = False
-    """Whether one period is one step of the plant, so that a true cause fits to rounding."""
-    time: np.ndarray | None = None
+    time: np.ndarray
     """Since the first state [s], shape (b, w)."""
+    exact: bool = False
+    """Whether one period is one step of the plant, so that a true cause fits to rounding."""
+
+    def rows(self, rows: slice) -> 'SampleBlocks':
+        """Return some of the blocks."""
+        return self._replace(**{name: getattr(self, name)[rows]
+                                for name in self._fields if name != 'exact'})
 
 
-def gather(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> SampleBlocks | None:
+def sample_blocks(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> SampleBlocks | None:
     """
-    Return the evidence of a run against an arm; None where it is too short.
+    Return at most ``blocks`` blocks of a run, evenly spread; None where it is too short.
 
-    Parameters
-    ----------
-    run : Run
-        The recording; from a bag that does not know its plant's time step, the periods are taken
-        as steps.
-    arm : ArmParameters
-        The arm of the law.
-    blocks : int
-        At most so many blocks are taken, evenly over the run.
+    Where the plant's time step is not known, the periods are taken as steps and everything in
+    the middle between two states; where the effort is a robot's target torque, the reference is
+    the motion.
 
     """
     whole = run.steps & np.isfinite(run.exact.effort[1:]).all(axis=1)
-    if run.follows_reference:  # the reference brings its accelerations: gaps do no harm
-        whole = np.isfinite(np.hstack([*run.reference, run.states.effort])).all(axis=1)[:-1]
+    if run.follows_reference:  # the reference has its own accelerations: gaps do no harm
+        whole = run.has_reference[:-1] & np.isfinite(run.states.effort).all(axis=1)[:-1]
     size = BLOCK
     if run.noisy or not run.substeps:
         size = max(2, round(SMOOTHING * run.control_rate))
     size = min(size, max(1, len(whole) // 50))
     starts = np.arange(0, len(whole) - size + 1, size)
     starts = starts[[whole[start:start + size].all() for start in starts]]
-    if len(starts) < 10:
+    if len(starts) < LEAST_BLOCKS:
         return None
     starts = starts[np.unique(np.linspace(0, len(starts) - 1, blocks).astype(int))]
-    rows = starts[:, None] + np.arange(size)
+    return _samples(run, arm, starts[:, None] + np.arange(size))
+
+
+def _samples(run: Run, arm: ArmParameters, rows: np.ndarray) -> SampleBlocks:
+    """Return the samples of these rows, shape (b, w)."""
     q, qd, effort = run.exact
     if run.follows_reference:
-        q, qd, qdd = (part[rows] for part in run.reference)
-        return _evidence(q, qd, qdd, qd, effort[rows], arm)._replace(time=run.t[rows])
+        q, qd, qdd = (part[rows] for part in run.required_reference)
+        return _against(arm, q, qd, qdd, qd, effort[rows], run.t[rows])
     qdd = (qd[rows + 1] - qd[rows]) * run.control_rate
     if not run.substeps:
-        # Nobody says when between two states a torque acted: take the middle of everything.
         middle = 0.5 * (qd[rows] + qd[rows + 1])
-        return _evidence(0.5 * (q[rows] + q[rows + 1]), middle, qdd, middle,
-                         0.5 * (effort[rows] + effort[rows + 1]), arm)._replace(
-                             time=run.t[rows])
-    seen = _evidence(q[rows], qd[rows], qdd, qd[rows + 1], effort[rows + 1], arm)
+        return _against(arm, 0.5 * (q[rows] + q[rows + 1]), middle, qdd, middle,
+                        0.5 * (effort[rows] + effort[rows + 1]), run.t[rows])
+    found = _against(arm, q[rows], qd[rows], qdd, qd[rows + 1], effort[rows + 1], run.t[rows])
     if run.substeps > 1:
-        unexplained_torque = -residual(run, [(0, PlantModel(arm))]).torque[rows]
-        return seen._replace(unexplained_torque=np.nan_to_num(unexplained_torque),
-                             time=run.t[rows])
-    return seen._replace(plain=not run.noisy, time=run.t[rows])
+        defect = residual(run, [(0, PlantModel(arm))]).torque[rows]
+        return found._replace(unexplained_torque=np.nan_to_num(-defect))
+    return found._replace(exact=not run.noisy)
 
 
-def _evidence(q, qd, qdd, qd_next, effort, arm: ArmParameters) -> SampleBlocks:
+def _against(arm: ArmParameters, q, qd, qdd, qd_next, effort, time) -> SampleBlocks:
     angles = q + arm.angle_offset
     return SampleBlocks(angles, qd, qdd, qd_next, effort,
-                    effort - inverse_dynamics(angles, qd, qdd, arm))
+                        effort - inverse_dynamics(angles, qd, qdd, arm), time)
 
 
-def effects(seen: SampleBlocks, arm: ArmParameters) -> dict[str, np.ndarray]:
+def unit_torques(samples: SampleBlocks, arm: ArmParameters) -> dict[str, np.ndarray]:
     """
     Return the torque that a unit of each cause adds, block means: name -> (b, 6, parameters).
 
-    Parameters
-    ----------
-    seen : SampleBlocks
-        Samples.
-    arm : ArmParameters
-        The arm of the law.
-
-    Returns
-    -------
-    dict
-        ``payload`` (ten inertial parameters about the tool), ``viscous friction``, ``Coulomb
-        friction``, ``armature`` (six each), ``gravity`` (three).
+    ``payload`` (ten inertial parameters about the tool), ``viscous friction``, ``Coulomb
+    friction``, ``armature`` (six each), ``gravity`` (three).
 
     """
-    load = dynamics_regressor(seen.q, seen.qd, seen.qdd, arm)[..., 50:]
-    fields = [_with_gravity(arm, axis) for axis in np.eye(3)]
-    field = np.stack([gravity_torque(seen.q, each) for each in fields], axis=-1)
+    load = dynamics_regressor(samples.q, samples.qd, samples.qdd, arm)[..., 50:]
+    fields = [replace(arm, gravity=axis) for axis in np.eye(3)]
+    field = np.stack([gravity_torque(samples.q, each) for each in fields], axis=-1)
     return {
         'payload': load.mean(axis=1),
-        'viscous friction': _diagonal(seen.qd_next),
-        'Coulomb friction': _diagonal(np.sign(seen.qd_next)),
-        'armature': _diagonal(seen.qdd),
+        'viscous friction': _diagonal(samples.qd_next),
+        'Coulomb friction': _diagonal(np.sign(samples.qd_next)),
+        'armature': _diagonal(samples.qdd),
         'gravity': field.mean(axis=1),
     }
 
 
-def sliding(seen: SampleBlocks) -> np.ndarray:
-    """Tell in which blocks each joint keeps moving one way, so that its friction is known."""
-    return (np.abs(seen.qd_next) > SLOW).all(axis=1)
+def sliding(samples: SampleBlocks) -> np.ndarray:
+    """Return in which blocks each joint keeps moving, so that its friction is known, (b, 6)."""
+    return (np.abs(samples.qd_next) > SLOW).all(axis=1)
 
 
 def _diagonal(values: np.ndarray) -> np.ndarray:
-    mean = values.mean(axis=1)
-    return mean[:, :, None] * np.eye(6)
-
-
-def _with_gravity(arm: ArmParameters, gravity: np.ndarray) -> ArmParameters:
-    return replace(arm, gravity=np.array(gravity, dtype=float))
+    """Return block means on the diagonals of 6 x 6 matrices."""
+    return values.mean(axis=1)[:, :, None] * np.eye(6)

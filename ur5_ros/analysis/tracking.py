@@ -12,16 +12,16 @@ from ur5_ros.model.rotations import rotation_vector
 
 
 class ToolTracking(NamedTuple):
-    """Tool pose, desired and made, in ``base``."""
+    """Tool pose, desired and reached, in ``base``."""
 
     position: np.ndarray
-    """Position made [m], shape (n, 3)."""
+    """Position reached [m], shape (n, 3)."""
     desired_position: np.ndarray
-    """Position desired [m], shape (n, 3); NaN without a reference."""
+    """Desired position [m], shape (n, 3); NaN without a reference."""
     orientation: np.ndarray
-    """Rotation vector of the orientation made [rad], shape (n, 3)."""
+    """Rotation vector of the orientation reached [rad], shape (n, 3)."""
     desired_orientation: np.ndarray
-    """Rotation vector of the orientation desired [rad], shape (n, 3)."""
+    """Rotation vector of the desired orientation [rad], shape (n, 3)."""
     distance: np.ndarray
     """Distance between the two positions [m], shape (n,)."""
     angle: np.ndarray
@@ -29,29 +29,11 @@ class ToolTracking(NamedTuple):
 
 
 def tool_tracking(run: Run, arm: ArmParameters, desired_arm: ArmParameters) -> ToolTracking:
-    """
-    Return the tool's poses and errors.
-
-    Parameters
-    ----------
-    run : Run
-        A recording with a reference.
-    arm : ArmParameters
-        The arm that moved.
-    desired_arm : ArmParameters
-        The arm that the reference was made for.
-
-    Returns
-    -------
-    ToolTracking
-        Poses and errors of every state.
-
-    """
-    made = forward_kinematics(run.exact.q + arm.angle_offset, arm)
-    known = np.isfinite(run.reference.q).all(axis=1)
+    """Return the poses of ``arm``, the desired ones of ``desired_arm``, and the errors."""
+    made, star = forward_kinematics(run.exact.q + arm.angle_offset, arm), run.required_reference
+    known = np.isfinite(star.q).all(axis=1)
     desired = np.full(made.shape, np.nan)
-    desired[known] = forward_kinematics(run.reference.q[known] + desired_arm.angle_offset,
-                                       desired_arm)
+    desired[known] = forward_kinematics(star.q[known] + desired_arm.angle_offset, desired_arm)
     distance, angle = np.full((2, len(made)), np.nan)
     distance[known], angle[known] = _pose_errors(made[known], desired[known])
     desired_vector = np.full((len(made), 3), np.nan)
@@ -65,22 +47,7 @@ def tool_tracking(run: Run, arm: ArmParameters, desired_arm: ArmParameters) -> T
 def tool_errors(
     q: np.ndarray, desired: np.ndarray, arm: ArmParameters,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """
-    Return distance [m] and angle [rad] between the tool poses of joint positions.
-
-    Parameters
-    ----------
-    q, desired : numpy.ndarray, shape (n, 6)
-        Joint positions, manufacturer's angles [rad].
-    arm : ArmParameters
-        The arm of both.
-
-    Returns
-    -------
-    tuple of numpy.ndarray
-        Shapes (n,).
-
-    """
+    """Return distance [m] and angle [rad] between the tool poses of joint positions, (n,) each."""
     distance, angle = np.empty((2, len(q)))
     for start in range(0, len(q), CHUNK):
         rows = slice(start, start + CHUNK)

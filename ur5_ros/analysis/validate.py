@@ -22,7 +22,7 @@ from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.config.validation import Marks, load_marks
 
-#: Checks that look at the motion itself; without one of them no verdict can be a pass.
+#: Checks of the motion itself; without one of them no verdict can be a pass.
 EVIDENCE = ('residual, controller arm', 'residual, simulator arm', 'inverse dynamics', 'law',
             'error step', 'error continuous')
 
@@ -72,7 +72,7 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
 
 
 def about(run: Run, marks: Marks) -> dict[str, Any]:
-    """Return what says which run this is and what judged it."""
+    """Return which run this is and what judged it."""
     return {
         'folder': run.folder,
         'ur5_ros': version('ur5_ros'),
@@ -83,15 +83,15 @@ def about(run: Run, marks: Marks) -> dict[str, Any]:
         'physics_rate_hz': run.physics_rate or None,
         'events': [{'stamp_s': event.stamp * 1e-9, 'kind': event.kind, 'message': event.message}
                    for event in run.events[:200]],
-        'simulator': _side(run.sim),
-        'controller': _side(run.control),
+        'simulator': _node(run.sim),
+        'controller': _node(run.control),
     }
 
 
-def _side(side: NodeRecord | None) -> dict[str, Any] | None:
-    if side is None:
+def _node(record: NodeRecord | None) -> dict[str, Any] | None:
+    if record is None:
         return None
-    return {'arm': side.arm_name, 'parameters': dict(side.parameters),
+    return {'arm': record.arm_name, 'parameters': dict(record.parameters),
             'changes': [{'after_s': change.stamp * 1e-9, **change.values}
-                        for change in side.changes[:200]],
-            'versions': dict(side.versions), 'summary': dict(side.summary)}
+                        for change in record.changes[:200]],
+            'versions': dict(record.versions), 'summary': dict(record.summary)}

@@ -1,4 +1,4 @@
-"""What a bag says about itself, the same for the nodes and for the loop without ROS."""
+"""The description of a bag: its node, arm, parameters and versions."""
 
 import json
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ def describe(
     Returns
     -------
     dict of str to str
-        Flat texts; what is no text is JSON.
+        Texts; a value of another type is JSON.
 
     """
     return {

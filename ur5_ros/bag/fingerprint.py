@@ -1,4 +1,4 @@
-"""What repeatability to the last bit depends on: interpreter, libraries, processor."""
+"""Fingerprint of a machine: what repeatability to the last bit depends on."""
 
 import platform
 from importlib.metadata import PackageNotFoundError, version
@@ -16,11 +16,8 @@ def fingerprint() -> dict[str, str]:
     """
     Return what two machines must share for a run to be equal to the last bit.
 
-    Returns
-    -------
-    dict of str to str
-        Python, C library, machine, processor features, and a version for each package that
-        computes (``absent`` where it is not installed).
+    Python, C library, machine, processor features, and the version of each package that computes
+    (``absent`` where it is not installed).
 
     """
     found = {

@@ -15,8 +15,8 @@ NAME = 'metadata.yaml'
 VERSION = 9
 DISTRO = 'jazzy'
 
-#: What rosbag2 writes as starting time of a bag without messages [ns].
-NEVER = 2**63 - 1
+#: Starting time that rosbag2 writes for a bag without messages [ns].
+NO_TIME = 2**63 - 1
 
 Count = Annotated[int, Meta(ge=0)]
 
@@ -87,27 +87,10 @@ def to_yaml(data: Any) -> str:
 
 def describe_bag(files: Sequence[FileEntry], topics: Sequence[TopicEntry],
                  custom_data: Mapping[str, str]) -> dict[str, Any]:
-    """
-    Return what stands below ``rosbag2_bagfile_information``.
-
-    Parameters
-    ----------
-    files : sequence of FileEntry
-        The MCAP files, in order; times in [ns].
-    topics : sequence of TopicEntry
-        Each with its number of messages.
-    custom_data : mapping of str to str
-        The node's description of the run.
-
-    Returns
-    -------
-    dict
-        Plain values, as rosbag2 (metadata version 9) orders them.
-
-    """
+    """Return the values below ``rosbag2_bagfile_information``, in rosbag2's order (version 9)."""
     starts = [file.start for file in files if file.start is not None]
-    start = min(starts, default=NEVER)
-    end = max((file.end for file in files if file.start is not None), default=NEVER)
+    start = min(starts, default=NO_TIME)
+    end = max((file.end for file in files if file.start is not None), default=NO_TIME)
     return {
         'version': VERSION,
         'storage_identifier': 'mcap',
@@ -127,7 +110,7 @@ def describe_bag(files: Sequence[FileEntry], topics: Sequence[TopicEntry],
         'files': [
             {'path': file.path,
              'starting_time': {
-                 'nanoseconds_since_epoch': NEVER if file.start is None else file.start},
+                 'nanoseconds_since_epoch': NO_TIME if file.start is None else file.start},
              'duration': {'nanoseconds': 0 if file.start is None else file.end - file.start},
              'message_count': file.messages}
             for file in files],
@@ -137,15 +120,7 @@ def describe_bag(files: Sequence[FileEntry], topics: Sequence[TopicEntry],
 
 
 def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:
-    """
-    Write metadata.yaml: whole or not at all.
-
-    Raises
-    ------
-    OSError
-        If the disk does.
-
-    """
+    """Write metadata.yaml, complete or not at all; raises OSError where the disk does."""
     unfinished = folder / (NAME + '.unfinished')
     try:
         with open(unfinished, 'w', encoding='utf-8') as file:
@@ -159,7 +134,7 @@ def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:
 
 
 class _Loose(Record, frozen=True, forbid_unknown_fields=False):
-    """Versions differ in what else they say; only what is used must have its form."""
+    """A record of which only the fields that are used are checked; versions differ in the rest."""
 
 
 class _TopicMetadata(_Loose, frozen=True):
@@ -179,7 +154,7 @@ class _FileCount(_Loose, frozen=True):
 
 
 class Information(_Loose, frozen=True, kw_only=True):
-    """What a metadata.yaml says, of all versions that rosbag2 has written."""
+    """The content of a metadata.yaml, of all versions that rosbag2 has written."""
 
     version: Annotated[int, Meta(ge=1)]
     storage_identifier: str = ''
@@ -194,12 +169,10 @@ class Information(_Loose, frozen=True, kw_only=True):
 
 def read_metadata(folder: Path) -> Information:
     """
-    Return what the metadata.yaml of a folder says; its paths stay inside the folder.
+    Return the content of the metadata.yaml of a folder; its paths stay inside the folder.
 
-    Raises
-    ------
-    BagError
-        If it cannot be read, is of a newer version, or names a file twice or outside the folder.
+    BagError if it cannot be read, is of a newer version, or names a file twice or outside the
+    folder.
 
     """
     path = folder / NAME

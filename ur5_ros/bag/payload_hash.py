@@ -1,4 +1,4 @@
-"""One number for all payloads of a topic: equal for equal runs, whatever the padding holds."""
+"""One hash for all payloads of a topic: equal for equal runs, whatever the padding holds."""
 
 import hashlib
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from ur5_ros.cdr.fixed_messages import FixedJointState
 
-#: Messages that are hashed at once: one by one would cost the loop ten times as much.
+#: Messages that are hashed at once: one by one costs ten times as much.
 _BATCH = 512
 
 
@@ -34,7 +34,7 @@ class PayloadHash:
         """Messages hashed."""
 
     def add(self, data: bytes) -> None:
-        """Take a message in."""
+        """Add a message."""
         self._waiting.append(data)
         self.count += 1
         if len(self._waiting) >= _BATCH:

@@ -1,4 +1,4 @@
-"""What a replay sends and when: the messages of a run's bags on one line of simulated time."""
+"""The messages of a run's bags in the order of simulated time, as a replay sends them."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -22,7 +22,7 @@ class Playback(NamedTuple):
     messages: list[RawColumns]
     """The messages of each topic."""
     time: np.ndarray
-    """When each message is due, since the beginning of the run [ns], shape (n,)."""
+    """When each message is send_time, since the beginning of the run [ns], shape (n,)."""
     topic: np.ndarray
     """Index into ``types`` of each message, shape (n,)."""
     row: np.ndarray
@@ -39,9 +39,9 @@ def load_playback(
     clock: bool = True,
 ) -> Playback:
     """
-    Return what a run's bags hold, in simulated time where they tell it.
+    Return the messages of a run's bags, in simulated time where joint states give it.
 
-    A topic that stands in several bags (one node's output is the other's input) is taken from the
+    A topic that is in several bags (one node's output is the other's input) is taken from the
     first one.
 
     Parameters
@@ -58,12 +58,12 @@ def load_playback(
     Raises
     ------
     InputError
-        If there is no bag or no such topic, or nothing lies between start and stop.
+        If there is no bag or no such topic, or there is no message between start and stop.
 
     """
     found: dict[str, RawColumns] = {}
     types: dict[str, str] = {}
-    due: dict[str, np.ndarray] = {}
+    send_time: dict[str, np.ndarray] = {}
     for folder in bags_of_run(run):
         bag = open_bag(folder)
         named = {topic: kind for topic, kind in bag.topics.items() if topic not in types
@@ -73,24 +73,24 @@ def load_playback(
             columns = bag.columns(topic)
             if len(columns.log_time):
                 types[topic], found[topic] = kind, columns
-                due[topic] = simulated(columns.log_time)
+                send_time[topic] = simulated(columns.log_time)
     for topic in topics or ():
         if topic not in types:
             raise InputError(f'{run}: nothing on topic {topic}; there is: '
                              f'{", ".join(types)}')
     if not types:
         raise InputError(f'{run}: no message to send; give a run with messages in it')
-    return _in_order(types, found, due, start, stop, run)
+    return _in_order(types, found, send_time, start, stop, run)
 
 
 def _in_order(
-    types: dict[str, str], found: dict[str, RawColumns], due: dict[str, np.ndarray],
+    types: dict[str, str], found: dict[str, RawColumns], send_time: dict[str, np.ndarray],
     start: float, stop: float | None, run: Path,
 ) -> Playback:
-    time = np.concatenate([due[topic] for topic in types])
+    time = np.concatenate([send_time[topic] for topic in types])
     log_time = np.concatenate([found[topic].log_time for topic in types])
-    number = np.concatenate([np.full(len(due[topic]), i) for i, topic in enumerate(types)])
-    row = np.concatenate([np.arange(len(due[topic])) for topic in types])
+    number = np.concatenate([np.full(len(send_time[topic]), i) for i, topic in enumerate(types)])
+    row = np.concatenate([np.arange(len(send_time[topic])) for topic in types])
     time = time - time.min()
     order = np.lexsort((log_time, time))
     low, high = start * 1e9, np.inf if stop is None else stop * 1e9

@@ -1,4 +1,4 @@
-"""Bags read: ours, finished or not, and those of rosbag2; what is wrong with them is listed."""
+"""Reading of bags, finished or not; what is wrong with them is listed."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
@@ -16,10 +16,10 @@ from ur5_ros.bag.sources import compare_counts, open_sources, read_descriptions
 from ur5_ros.cdr.codec import decode
 from ur5_ros.errors import BagError, InputError, one_line
 
-#: Bags larger than this are walked by compiled code, which takes a second to get ready [bytes].
+#: Bags larger than this are indexed by compiled code, which takes a second to load [bytes].
 COMPILE_ABOVE = 16 << 20
 
-#: Messages that room is made for on the word of a summary, for each byte of the file.
+#: Rows that a summary may claim, for each byte of the file.
 MAX_ROWS_PER_BYTE = 4
 
 #: Sentences that are kept about one bag.
@@ -58,8 +58,8 @@ class Bag:
     """
     What a bag holds; nothing of the messages is kept in memory.
 
-    Reading goes on past damage where that is possible: whatever was found wrong or missing stands
-    in ``problems``, which grows while messages are read. Judge it after reading, or :meth:`check`.
+    Reading goes on past damage where that is possible: what was found wrong or missing is in
+    ``problems``, which grows while messages are read. Look at it after reading, or :meth:`check`.
 
     """
 
@@ -75,7 +75,7 @@ class Bag:
                     self.report(f'{path}: topic {info.name} has two types; only '
                                  f'{self.topics[info.name]} is read')
         self.description: dict[str, str]
-        """What the bag says about itself; see ur5_ros.bag.description."""
+        """The description that the bag holds; see ur5_ros.bag.description."""
         self.notes: dict[str, dict[str, Any]]
         """Notes that were added while recording: name -> values; the last of a name."""
         self.description, self.notes = read_descriptions(path, self._information, self.sources,
@@ -130,11 +130,11 @@ class Bag:
     def _pass(self, collectors: Mapping[str, Any]) -> None:
         """Hand the messages of each topic to its collector, in one pass over the bag."""
         for source, batch in self._batches():
-            wanted: dict[str, list[int]] = {}
+            channels_of: dict[str, list[int]] = {}
             for channel, info in source.topics.items():
                 if info.name in collectors and info.type == self.topics[info.name]:
-                    wanted.setdefault(info.name, []).append(channel)
-            for topic, channels in wanted.items():
+                    channels_of.setdefault(info.name, []).append(channel)
+            for topic, channels in channels_of.items():
                 chosen = np.isin(batch.messages.channels, channels)
                 if chosen.any():
                     collectors[topic].add(batch.buffer, _select(batch.messages, chosen))
@@ -152,7 +152,7 @@ class Bag:
         Parameters
         ----------
         topics : mapping
-            Topic -> names of the columns wanted, None for those of the first message.
+            Topic -> names of the columns, None for those of the first message.
 
         Returns
         -------
@@ -194,7 +194,7 @@ class Bag:
         topic : str
             Name of the topic in the bag.
         names : sequence of str, optional
-            Joints wanted, in this order; those of the first message if not given.
+            Joints in the order of the columns; those of the first message if not given.
 
         Returns
         -------
@@ -247,6 +247,6 @@ class Bag:
 
 
 def _select(found: MessageIndex, chosen: np.ndarray) -> MessageIndex:
-    """Return some of the messages of a walk."""
+    """Return some of the messages of an index."""
     return MessageIndex(found.channels[chosen], found.offsets[chosen], found.lengths[chosen],
                         found.log_times[chosen], found.publish_times[chosen], [])

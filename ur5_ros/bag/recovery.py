@@ -1,4 +1,4 @@
-"""Mending what a crash left: all that is whole goes into a new bag, the old one stays as it is."""
+"""Recovery after a crash: a new bag of all whole records; the old one is only read."""
 
 import filecmp
 import json
@@ -22,7 +22,7 @@ from ur5_ros.errors import BagError, InputError
 
 
 class MendedBag(NamedTuple):
-    """What became of one bag."""
+    """The recovery of one bag."""
 
     name: str
     """``sim`` or ``control``, or the name of the bag."""
@@ -33,7 +33,7 @@ class MendedBag(NamedTuple):
 
 
 class Recovery(NamedTuple):
-    """What a recovery found and did."""
+    """The recovery of a run or bag."""
 
     source: Path
     out: Path | None
@@ -46,7 +46,7 @@ class Recovery(NamedTuple):
         return not any(bag.problems for bag in self.bags)
 
     def sentences(self) -> list[str]:
-        """Return the report: what was wrong, what was kept, where it lies."""
+        """Return the report: what was wrong, what was kept, where it is."""
         lines = []
         for bag in self.bags:
             lines += bag.problems
@@ -56,7 +56,7 @@ class Recovery(NamedTuple):
                      else f'mended: {self.out}')
         return lines
 
-    def to_dict(self) -> dict[str, object]:
+    def to_plain(self) -> dict[str, object]:
         """Return the report for JSON: ``bags`` by name, with problems and messages kept."""
         return {
             'format': 'ur5_ros recovery', 'version': 1, 'source': str(self.source),
@@ -128,7 +128,7 @@ def recover(path: Path | str, out: Path | str | None = None) -> Recovery:
 
 
 def _name(path: Path) -> str:
-    """Return what a bag is called: a file without its ending, a folder as it is."""
+    """Return the name of a bag: a file without its suffix, a folder as it is."""
     return path.stem if path.suffix == '.mcap' else path.name
 
 
@@ -212,7 +212,7 @@ def _same(one: Path, other: Path) -> bool:
 
 
 def _clear_left_over(out: Path) -> None:
-    """Remove what recoveries of the same bag left that were ended themselves."""
+    """Remove the unfinished folders of recoveries of the same bag whose process has ended."""
     for folder in out.parent.glob(f'{out.name}.*{UNFINISHED}'):
         number = folder.name.removeprefix(out.name + '.').removesuffix(UNFINISHED)
         if number.isdecimal() and not Path(f'/proc/{number}').exists():

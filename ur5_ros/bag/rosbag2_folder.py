@@ -11,7 +11,7 @@ from ur5_ros.bag.mcap.records import checked
 from ur5_ros.bag.mcap.writer import McapWriter
 from ur5_ros.bag.metadata import FileEntry, TopicEntry, describe_bag, to_yaml, write_metadata
 
-#: Names of our metadata records: the description, and in front of the name of a note.
+#: Names of this package's metadata records: the description, and the prefix of a note.
 DESCRIPTION_RECORD = 'ur5_ros'
 NOTE_RECORD = 'ur5_ros/'
 
@@ -20,7 +20,7 @@ ROSBAG2_RECORD = 'rosbag2'
 
 
 class TopicRecords(NamedTuple):
-    """A topic as it is announced in every file of a bag."""
+    """The records that announce a topic in every file of a bag."""
 
     schema: Schema
     channel: Channel
@@ -47,20 +47,10 @@ _DISORDER = 1_000_000_000
 
 class BagFolder:
     """
-    Files of one bag, one after the other; every method that writes raises OSError.
+    The files ``<name>_<n>.mcap`` of one bag; every method that writes raises OSError.
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Made here; it must not exist.
-    name : str
-        Files are called ``<name>_<n>.mcap``.
-    description : mapping of str to str
-        Stands in every file and in metadata.yaml.
-    max_duration : int
-        Log time in one file [ns]; 0 = no limit.
-    max_size : int
-        Size of one file [bytes]; 0 = no limit.
+    The folder is made here and must not exist. ``max_duration`` [ns of log time] and ``max_size``
+    [bytes] limit one file; 0 = no limit.
 
     """
 
@@ -96,7 +86,7 @@ class BagFolder:
         Raises
         ------
         struct.error, TypeError, KeyError
-            If a message is malformed; ``written`` tells how many are in the file all the same.
+            If a message is malformed; ``written`` counts those that are in the file all the same.
 
         """
         at = 0
@@ -117,9 +107,9 @@ class BagFolder:
         self._file = self._open()
 
     def _announce(self) -> None:
-        """Define the topics that the open file does not know."""
+        """Define the topics that the open file does not have yet."""
         for topic in self.topics:
-            if not self._file.knows(topic.channel.id):
+            if not self._file.defines(topic.channel.id):
                 self._file.define(topic.schema, topic.channel)
 
     def _is_full(self, message: Message) -> bool:

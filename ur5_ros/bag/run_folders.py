@@ -1,4 +1,4 @@
-"""Where runs lie: ``bags/<run>/sim`` and ``bags/<run>/control``."""
+"""Folders of runs: ``bags/<run>/sim`` and ``bags/<run>/control``."""
 
 import secrets
 import time

@@ -1,4 +1,4 @@
-"""What makes up a bag: its files, what they say about themselves, and whether that fits."""
+"""The files of a bag, their descriptions, and whether they agree with metadata.yaml."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -16,21 +16,10 @@ Report = Callable[[str], None]
 
 def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequence[MessageSource]]:
     """
-    Return what metadata.yaml says (None without a sound one) and the files of a bag, in order.
+    Return the content of metadata.yaml (None without a sound one) and the files of a bag.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        Folder of a bag, or one ``.mcap`` file.
-    report : callable
-        Takes a sentence about each thing found wrong.
-
-    Raises
-    ------
-    BagError
-        If nothing of it can be read.
-    InputError
-        If there is no such folder, or it needs a package that is not installed.
+    ``path`` is the folder of a bag, or one storage file; ``report`` takes a sentence about each
+    defect. BagError if nothing can be read, InputError if there is no such bag.
 
     """
     if path.is_file():
@@ -127,7 +116,7 @@ def _note(values: dict[str, str]) -> dict[str, Any] | None:
 
 def compare_counts(path: Path, information: Information | None, sources: Sequence[MessageSource],
                    report: Report) -> None:
-    """Report where metadata.yaml says other numbers of messages than were read."""
+    """Report where metadata.yaml states other numbers of messages than were read."""
     if information is None:
         return
     counted: dict[str, int] = {}

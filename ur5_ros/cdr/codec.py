@@ -1,4 +1,4 @@
-"""Any message as CDR bytes and back, by its definition: bounded, for both byte orders."""
+"""Any message as CDR bytes and back, by its definition: within bounds, both byte orders."""
 
 from collections.abc import Mapping
 from struct import Struct
@@ -77,7 +77,7 @@ class _Reader:
         self.length = Struct(order + 'I')
 
     def align(self, size: int) -> None:
-        """Step over what a field of this size leaves out before it."""
+        """Skip the padding before a field of this size."""
         self.at += -(self.at - 4) % size
 
     def count(self) -> int:

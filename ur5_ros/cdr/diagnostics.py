@@ -1,4 +1,4 @@
-"""diagnostic_msgs/DiagnosticArray with one status: what events and diagnostics travel as."""
+"""diagnostic_msgs/DiagnosticArray with one status: the form of events and diagnostics."""
 
 from collections.abc import Mapping
 from typing import Any

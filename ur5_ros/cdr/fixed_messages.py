@@ -1,7 +1,7 @@
 """
 Messages as CDR bytes.
 
-Those of the hot loop have a fixed layout: the numbers sit at known offsets, the rest never
+Those of the control loop have a fixed layout: the numbers are at known offsets, the rest never
 changes. For all others :func:`encode` and :func:`decode` follow the message definition.
 """
 

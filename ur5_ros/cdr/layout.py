@@ -1,4 +1,4 @@
-"""Fixed layouts of CDR messages: what never changes, and where the numbers sit."""
+"""Fixed layouts of CDR messages: constant bytes, and the offsets of the numbers."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -11,7 +11,7 @@ LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 
 class Layout:
     """
-    The bytes that all messages of one fixed layout share, and the holes where they differ.
+    The bytes that all messages of one fixed layout share, and the slots where they differ.
 
     Padding is written as zeros and ignored when read: other writers leave it uninitialised.
     Alignment counts from the end of the encapsulation header (OMG CDR, DDS-XTypes 7.4.1).
@@ -85,7 +85,7 @@ class Layout:
         return self
 
     def fill(self, *slots: bytes) -> bytes:
-        """Return a message: the contents of all holes, in their order, set into the template."""
+        """Return a message: the template with the contents of all slots, in their order."""
         parts = self._parts.copy()
         parts[1::2] = slots
         return b''.join(parts)
@@ -100,20 +100,7 @@ class Layout:
         return True
 
     def fits(self, rows: np.ndarray) -> np.ndarray:
-        """
-        Return which of many messages have this layout; :meth:`matches` for arrays.
-
-        Parameters
-        ----------
-        rows : numpy.ndarray, shape (n, size)
-            Messages of the right size, uint8.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n,)
-            True where names and lengths are those of the layout.
-
-        """
+        """Return which messages, uint8 of shape (n, size), have this layout, shape (n,)."""
         found = np.ones(len(rows), bool)
         whole = self.size // 8 * 8
         pieces = [(at, '<u8') for at in range(0, whole, 8)]

@@ -1,4 +1,4 @@
-"""Message definitions in ros2msg text, parsed within bounds: what a bag says of its own types."""
+"""Message definitions in ros2msg text, parsed within bounds."""
 
 import re
 from typing import NamedTuple
@@ -40,19 +40,9 @@ Definition = tuple[Field, ...]
 
 def parse_definition(type_name: str, text: str) -> Definition:
     """
-    Return the fields that the text of one .msg file declares; constants and defaults are left out.
+    Return the fields of one .msg file, without constants and defaults; BagError for a bad line.
 
-    Parameters
-    ----------
-    type_name : str
-        ``package/msg/Name``; its package completes unqualified types.
-    text : str
-        The text.
-
-    Raises
-    ------
-    BagError
-        If a line is no declaration.
+    The package of ``type_name`` completes unqualified types.
 
     """
     package = type_name.partition('/')[0]
@@ -86,10 +76,7 @@ def parse_schema(type_name: str, text: str) -> dict[str, Definition]:
     """
     Return all definitions of a ros2msg schema: the type's own and those that it depends on.
 
-    Raises
-    ------
-    BagError
-        If the text is too large, cannot be read, lacks a dependency or contains itself.
+    BagError if the text is too large, cannot be read, lacks a dependency or contains itself.
 
     """
     if len(text) > MAX_TEXT:

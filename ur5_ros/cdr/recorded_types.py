@@ -60,20 +60,7 @@ _ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
 
 @cache
 def definition(type_name: str) -> Definition:
-    """
-    Return the fields of a recorded type.
-
-    Parameters
-    ----------
-    type_name : str
-        For example ``sensor_msgs/msg/JointState``.
-
-    Raises
-    ------
-    InputError
-        If the type is none of those recorded.
-
-    """
+    """Return the fields of a recorded type; InputError for any other type."""
     if type_name not in DEFINITIONS:
         raise InputError(f'message type {type_name!r} is not recorded; known: '
                          + ', '.join(sorted(DEFINITIONS)))
@@ -95,15 +82,7 @@ def dependencies(type_name: str) -> list[str]:
 
 
 def schema_text(type_name: str) -> str:
-    """
-    Return the ros2msg schema of a recorded type: its definition and those that it needs.
-
-    Raises
-    ------
-    InputError
-        If the type is none of those recorded.
-
-    """
+    """Return the ros2msg schema of a recorded type: its definition and those that it needs."""
     definition(type_name)
     text = DEFINITIONS[type_name]
     for name in dependencies(type_name):
@@ -129,15 +108,7 @@ def _description(type_name: str) -> dict:
 
 @cache
 def type_hash(type_name: str) -> str:
-    """
-    Return the RIHS01 hash of a recorded type (REP-2016), as rclpy and rosbag2 name it.
-
-    Raises
-    ------
-    InputError
-        If the type is none of those recorded.
-
-    """
+    """Return the RIHS01 hash of a recorded type (REP-2016), as rclpy and rosbag2 name it."""
     described = {
         'type_description': _description(type_name),
         'referenced_type_descriptions': [_description(name)

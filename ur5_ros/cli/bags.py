@@ -33,7 +33,7 @@ def recover(run: Path, out: Path | None, json: Path | None) -> int:
     for sentence in found.sentences():
         print(sentence)
     if json is not None:
-        json.write_text(json_format.dumps(found.to_dict(), indent=2) + '\n', encoding='utf-8')
+        json.write_text(json_format.dumps(found.to_plain(), indent=2) + '\n', encoding='utf-8')
     return YES if found.intact else WITH_LOSS
 
 

@@ -117,7 +117,7 @@ def compare(run_a: Path, run_b: Path, json: Path | None) -> int:
         out.print('different runs')
     if json is not None:
         json.write_text(json_format.dumps(
-            {**found.to_dict(), 'verdicts': verdicts}, indent=2) + '\n', encoding='utf-8')
+            {**found.to_plain(), 'verdicts': verdicts}, indent=2) + '\n', encoding='utf-8')
     return YES if found.same else NO
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ur5_ros.analysis.checks.energy import balance
-from ur5_ros.analysis.plant_integrator import _change, plant_models
+from ur5_ros.analysis.plant_integrator import friction_step, plant_models
 from ur5_ros.analysis.validate import validate
 from ur5_ros.sim.friction import solve_friction
 
@@ -84,7 +84,7 @@ def test_sticking_is_solved_as_the_simulator_solves_it():
     A = lever @ np.swapaxes(lever, 1, 2) * 1000.0 + 1e-3 * np.eye(6)
     drive, qd = random.normal(size=(300, 6)) * 50.0, random.normal(size=(300, 6)) * 1e-3
     level = np.abs(random.normal(size=6)) * [30, 30, 30, 3, 3, 0]
-    found = _change(A, drive, qd, level)
+    found = friction_step(A, drive, qd, level)
     free = np.full(6, np.inf)
     for row in range(300):
         expected, _ = solve_friction(A[row], drive[row], qd[row], level, -free, free)

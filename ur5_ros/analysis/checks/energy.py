@@ -1,4 +1,4 @@
-"""Energy balance and passivity: what the arm gained against what was put in."""
+"""Energy balance and passivity: energy gained against work done."""
 
 from typing import Any, NamedTuple
 
@@ -19,10 +19,10 @@ ROUNDING = 1e-9
 
 
 class Balance(NamedTuple):
-    """Energy gained minus work done, and what the scheme itself makes of it."""
+    """Energy gained minus work done, and what the time step adds to it."""
 
     surplus: np.ndarray
-    """Of every period [J], shape (n - 1,); zero where it cannot be told."""
+    """Of every period [J], shape (n - 1,); zero where it is not known."""
     moved: float
     """Work moved back and forth [J]."""
     discretisation: float
@@ -34,13 +34,6 @@ def energy_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     Return the checks of the energy balance and of passivity, and the surplus for the figure.
 
     A passive arm never has more than was put in; see :func:`balance`.
-
-    Parameters
-    ----------
-    run : Run
-        The recording.
-    marks : Marks
-        Pass marks.
 
     """
     if run.sim is None or not run.substeps or not run.steps.any():
@@ -64,60 +57,45 @@ def energy_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     ], {'surplus': total}
 
 
-def balance(run: Run, plan: list[tuple[int, PlantModel]]) -> Balance:
+def balance(run: Run, models: list[tuple[int, PlantModel]]) -> Balance:
     """
     Return energy gained against work done, period by period.
 
     The simulator's scheme is qd' = qd + h a(q, qd), q' = q + h qd': its velocities belong half a
     step before its positions.  Energy is therefore taken at q with the mean of the velocities
     before and after it, and the work of h qd' by the mean of the torques at both its ends; the
-    scheme's Coriolis torque, at qd instead of that mean, is put right.  What is left is of the
+    scheme's Coriolis torque, at qd instead of that mean, is corrected.  What is left is of the
     second order in h: a quarter of the change of 1/2 (qd' - qd)^T M (qd' - qd), and less; where a
-    joint begins or ceases to stick, half of the jump of its friction over one step.
-
-    Parameters
-    ----------
-    run : Run
-        A recording of this package's simulator.
-    plan : list of (int, PlantModel)
-        The scheme in force from each row on; energies of different ones are not compared.
-
-    Returns
-    -------
-    Balance
-        Surplus, work and what the scheme costs.
+    joint begins or ceases to stick, half of the jump of its friction over one step.  Energies
+    under different plant models are not compared.
 
     """
     last = len(run.stamp) - 1
     # a stop takes energy that nobody records
-    whole = run.steps & ~at_stop(run.exact.q[1:], run.sim.arm).any(axis=1)
+    whole = run.steps & ~at_stop(run.exact.q[1:], run.required_sim.arm).any(axis=1)
     surplus, moved, cost = np.zeros(last), 0.0, 0.0
-    ends = [first for first, _ in plan[1:]] + [last]
-    for (begin, scheme), end in zip(plan, ends, strict=True):
+    ends = [first for first, _ in models[1:]] + [last]
+    for (begin, model), end in zip(models, ends, strict=True):
         for start in range(begin, min(end, last), CHUNK):
             rows = np.arange(start, min(start + CHUNK + 1, end, last))
-            stored, force, dry, way, jerk = _kicks(run, scheme, rows[whole[rows]])
+            stored, force, dry, distance, jerk = _physics_steps(run, model, rows[whole[rows]])
             period = np.repeat(rows[whole[rows]], run.substeps)
             follows = np.diff(period) <= 1
-            work = 0.5 * np.einsum('ni,ni->n', force[1:] + force[:-1], way[:-1])
+            work = 0.5 * np.einsum('ni,ni->n', force[1:] + force[:-1], distance[:-1])
             gain = np.where(follows & np.isfinite(work), np.diff(stored) - work, 0.0)
             surplus += np.bincount(period[:-1], gain, last)
             moved += float(np.nansum(np.abs(work[follows])))
-            grip = 0.5 * np.einsum('ni,ni->n', np.abs(np.diff(dry, axis=0)), np.abs(way[:-1]))
+            grip = 0.5 * np.einsum('ni,ni->n', np.abs(np.diff(dry, axis=0)), np.abs(distance[:-1]))
             cost += float(np.nansum((np.abs(np.diff(jerk)) + grip)[follows]))
     return Balance(surplus, moved, cost)
 
 
-def _kicks(run: Run, scheme: PlantModel, rows: np.ndarray) -> tuple[np.ndarray, ...]:
-    """
-    Return of every physics step: energy, torque, dry friction in it, way and half the square of
-    the change of velocity, weighed by M.
-
-    """
+def _physics_steps(run: Run, model: PlantModel, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return for each physics step: energy, torque, dry friction, distance, 1/2 dqd^T M dqd."""
     q, qd, effort = run.exact
-    h, n, arm = 1.0 / run.physics_rate, run.substeps, scheme.arm
+    h, n, arm = 1.0 / run.physics_rate, run.substeps, model.arm
     effort = np.repeat(effort[rows + 1], n, axis=0)
-    q, qd, q_next, qd_next = path(scheme, (q[rows], qd[rows]), (q[rows + 1], qd[rows + 1]),
+    q, qd, q_next, qd_next = path(model, (q[rows], qd[rows]), (q[rows + 1], qd[rows + 1]),
                                   effort, h, n)
     angles, mean, change = q + arm.angle_offset, 0.5 * (qd + qd_next), qd_next - qd
     known = np.isfinite(angles + change).all(axis=1)
@@ -125,8 +103,8 @@ def _kicks(run: Run, scheme: PlantModel, rows: np.ndarray) -> tuple[np.ndarray, 
     inertia, still = inertia_matrix(angles, arm), np.zeros(q.shape)
     mean, before = np.where(known[:, None], (mean, qd), 0.0)
     stored = potential_energy(angles, arm) + _half_square(inertia, mean)
-    dry = _dry(scheme, angles, before, change / h, effort, qd_next)
-    force = effort - scheme.viscous * qd_next - dry + scheme.external(q)
+    dry = _dry(model, angles, before, change / h, effort, qd_next)
+    force = effort - model.viscous * qd_next - dry + model.external(q)
     force += (inverse_dynamics(angles, mean, still, arm)
               - inverse_dynamics(angles, before, still, arm))
     force[~known] = np.nan
@@ -137,14 +115,14 @@ def _half_square(inertia: np.ndarray, x: np.ndarray) -> np.ndarray:
     return 0.5 * np.einsum('ni,ni->n', (inertia @ x[:, :, None])[:, :, 0], x)
 
 
-def _dry(scheme, angles, qd, qdd, effort, qd_next) -> np.ndarray:
-    """Return the Coulomb friction; where a joint sticks, what the motion says that it takes."""
-    dry = scheme.coulomb * np.sign(qd_next)
-    sticks = (np.abs(qd_next) <= STICKING) & (scheme.coulomb > 0.0)
+def _dry(model, angles, qd, qdd, effort, qd_next) -> np.ndarray:
+    """Return the Coulomb friction; where a joint sticks, what the motion shows."""
+    dry = model.coulomb * np.sign(qd_next)
+    sticks = (np.abs(qd_next) <= STICKING) & (model.coulomb > 0.0)
     rows = np.flatnonzero(sticks.any(axis=1))
     if len(rows):
-        needed = inverse_dynamics(angles[rows], qd[rows], qdd[rows], scheme.arm)
-        given = effort[rows] + scheme.external(angles[rows] - scheme.arm.angle_offset)
-        taken = np.clip(given - needed, -scheme.coulomb, scheme.coulomb)
+        needed = inverse_dynamics(angles[rows], qd[rows], qdd[rows], model.arm)
+        given = effort[rows] + model.external(angles[rows] - model.arm.angle_offset)
+        taken = np.clip(given - needed, -model.coulomb, model.coulomb)
         dry[rows] = np.where(sticks[rows], taken, dry[rows])
     return dry

@@ -1,4 +1,4 @@
-"""Did the law keep its promise: error dynamics, tracking of joints and tool."""
+"""Does the recorded error follow the error equation; tracking of joints and tool."""
 
 from typing import Any
 
@@ -30,17 +30,7 @@ _NAMES = ('error step', 'error recursion', 'error continuous')
 
 
 def law_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
-    """
-    Return the checks of law and tracking, and the series for the figures.
-
-    Parameters
-    ----------
-    run : Run
-        The recording.
-    marks : Marks
-        Pass marks.
-
-    """
+    """Return the checks of error equation and tracking, and the series for the figures."""
     if run.reference is None or run.control is None:
         why = 'no reference is recorded: the law is not judged'
         return [not_applicable(name, why) for name in (*_NAMES, *TRACKING_NAMES)], {}

@@ -1,4 +1,4 @@
-"""The law computed again from the states and references that it saw."""
+"""The law computed again from its recorded inputs: states and references."""
 
 from collections.abc import Sequence
 
@@ -15,26 +15,12 @@ from ur5_ros.signals import JOINT_NAMES
 
 def law_torque(run: Run, laws: Sequence[Law], rows: np.ndarray) -> np.ndarray:
     """
-    Return the computed torque of some states, gravity included.
+    Return the computed torque of ascending rows before any limit, shape (n, 6) [N m].
 
     Kebria 2016, eq. (11): M a + C qd + g with a = qdd* - Kd(qd - qd*) - Kp(q - q*).
 
-    Parameters
-    ----------
-    run : Run
-        A recording with the controller's description and a reference.
-    laws : sequence of Law
-        The gains in force.
-    rows : numpy.ndarray of int, shape (n,)
-        States in ascending order; each has a reference.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 6)
-        Torque [N m], before any limit.
-
     """
-    star, arm = run.reference, run.control.arm
+    star, arm = run.required_reference, run.required_control.arm
     out = np.empty((len(rows), 6))
     for law in laws:
         begin, end = np.searchsorted(rows, (law.first, law.end))
@@ -49,30 +35,20 @@ def law_torque(run: Run, laws: Sequence[Law], rows: np.ndarray) -> np.ndarray:
 
 
 def law_check(run: Run, marks: Marks) -> Check:
-    """
-    Return whether the commands are the law's, with the gains in force and the arm in the bag.
-
-    Parameters
-    ----------
-    run : Run
-        The recording.
-    marks : Marks
-        Pass marks.
-
-    """
+    """Return whether the commands are the law's, with the gains in force and the bag's arm."""
     name = 'law'
     if run.control is None or run.reference is None or run.command is None:
         return not_applicable(name, 'commands, references or the law are not recorded')
-    plain = [law for law in laws_of(run)
-             if law.promised and not law.parameters.get('torque_rate_limit')]
-    if not plain:
+    laws = [law for law in laws_of(run)
+            if law.promised and not law.parameters.get('torque_rate_limit')]
+    if not laws:
         return not_applicable(name, 'not plain computed torque: it is not computed again')
-    known = np.isfinite(np.hstack([*run.reference, run.command])).all(axis=1)
-    known &= promised_rows(plain, len(known))
+    known = run.has_reference & np.isfinite(run.command).all(axis=1)
+    known &= promised_rows(laws, len(known))
     rows = np.flatnonzero(known)
     if not len(rows):
         return not_applicable(name, 'no state has a reference and an answer')
-    torque, limit = law_torque(run, plain, rows), run.control.arm.limits.effort
+    torque, limit = law_torque(run, laws, rows), run.control.arm.limits.effort
     if run.control.parameters.get('effort_convention') == 'gravity_excluded':
         arm = run.control.arm
         torque -= gravity_torque(run.states.q[rows] + arm.angle_offset, arm)

@@ -3,22 +3,16 @@
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.result import FAIL, PASS, Check
+from ur5_ros.analysis.result import FAIL, PASS, Check, not_applicable
 from ur5_ros.signals import JOINT_NAMES
 
 
 def limits_check(run: Run) -> Check:
-    """
-    Return whether every joint kept off its limits.
-
-    Parameters
-    ----------
-    run : Run
-        The recording; the simulator's arm gives the limits, else the controller's.
-
-    """
-    side = run.sim or run.control
-    limits = side.arm.limits
+    """Return whether every joint kept off the limits of the simulator's or the law's arm."""
+    record = run.sim or run.control
+    if record is None:
+        return not_applicable('limits', 'no arm is known; give one: --arm NAME')
+    limits = record.arm.limits
     q, qd, effort = run.exact
     touched, use = [], {}
     for what, value, low, high in (

@@ -1,4 +1,4 @@
-"""Do model and plant agree: the residual with both arms, and the way of the command."""
+"""Do model and plant agree: the residual with both arms, and is the command what acted?"""
 
 from typing import Any
 
@@ -7,11 +7,10 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.laws import largest
 from ur5_ros.analysis.plant_integrator import PlantModel, plant_models
-from ur5_ros.analysis.residual import residual
-from ur5_ros.analysis.residual_blocks import gather
+from ur5_ros.analysis.residual import command_defect, residual
+from ur5_ros.analysis.residual_blocks import sample_blocks
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
-from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.signals import JOINT_NAMES
 
 #: What joint i moves.
@@ -24,17 +23,7 @@ _NAMES = ('residual, controller arm', 'residual, simulator arm')
 
 
 def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
-    """
-    Return the residual checks and the residuals for the figures.
-
-    Parameters
-    ----------
-    run : Run
-        The recording.
-    marks : Marks
-        Pass marks.
-
-    """
+    """Return the residual checks and the residuals for the figures."""
     if run.sim is None or not run.substeps or run.noisy:
         why = ('states are measured ones, without the exact ones beside them' if run.sim else
                "not a bag of this package's simulator: its time step is not known")
@@ -60,15 +49,10 @@ def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
 
 def localize_fault(over: np.ndarray) -> str:
     """
-    Say which joints, and which link that points to.
+    Return in words which joints are beyond the mark (bool, shape (6,)), and the link they show.
 
     The torque of joint i depends on link i and those beyond it alone, so a wrong link leaves the
     joints beyond it clean.
-
-    Parameters
-    ----------
-    over : numpy.ndarray of bool, shape (6,)
-        Joints beyond the mark.
 
     """
     names = [name for name, bad in zip(JOINT_NAMES, over, strict=True) if bad]
@@ -80,7 +64,7 @@ def localize_fault(over: np.ndarray) -> str:
             f'{LINKS[outermost]}{beyond}')
 
 
-def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, who: str) -> Check:
+def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, part: str) -> Check:
     known = np.isfinite(torque).all(axis=1)
     if not known.any():
         return not_applicable(name, 'no state is followed by the one a period later')
@@ -89,11 +73,11 @@ def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, who: 
     per_joint = {joint_name: {'max': float(size[:, i].max()),
                               'rms': float(np.sqrt(np.mean(size[:, i]**2)))}
                  for i, joint_name in enumerate(JOINT_NAMES)}
-    sentence = (f'plant and {who} agree within {worst:.3g} N m over {known.sum()} periods '
+    sentence = (f'plant and {part} agree within {worst:.3g} N m over {known.sum()} periods '
                 f'(worst: {JOINT_NAMES[joint]})')
     if not worst <= marks['residual']:
         over = size.max(axis=0) > marks['residual']
-        sentence = (f'plant and {who} differ by {worst:.3g} N m at {JOINT_NAMES[joint]}, '
+        sentence = (f'plant and {part} differ by {worst:.3g} N m at {JOINT_NAMES[joint]}, '
                     f'{run.t[row]:.4g} s; {localize_fault(over)}')
     return judge(name, worst, marks['residual'], 'N m', sentence, joint=JOINT_NAMES[joint],
                  joints=per_joint, periods=int(known.sum()))
@@ -102,23 +86,23 @@ def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, who: 
 def _smoothed_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
     """Return the check of the inverse dynamics smoothed over blocks, for any recording."""
     name = 'inverse dynamics'
-    side = run.control or run.sim
-    if side is None:
+    record = run.law_record
+    if record is None:
         return not_applicable(name, 'no arm is known; give one: --arm NAME'), {}
-    seen = gather(run, side.arm)
-    if seen is None:
+    samples = sample_blocks(run, record.arm)
+    if samples is None:
         return not_applicable(name, 'too few states with a torque follow each other'), {}
-    unexplained_torque = seen.unexplained_torque.mean(axis=1)
+    unexplained_torque = samples.unexplained_torque.mean(axis=1)
     rms = np.sqrt(np.mean(unexplained_torque**2, axis=0))
-    scale = float(np.sqrt(np.mean(seen.effort**2, axis=(0, 1))).max())
+    scale = float(np.sqrt(np.mean(samples.effort**2, axis=(0, 1))).max())
     joint = int(np.argmax(rms))
-    length = seen.q.shape[1] * run.h
+    length = samples.q.shape[1] * run.h
     check = judge(
         name, rms[joint] / scale if scale else np.nan, marks['residual_external'], '1',
-        f'smoothed over {length:.3g} s, arm {side.arm_name} misses {rms[joint]:.3g} N m RMS at '
-        f'{JOINT_NAMES[joint]}, of torques up to {np.abs(seen.effort).max():.3g} N m',
+        f'smoothed over {length:.3g} s, arm {record.arm_name} misses {rms[joint]:.3g} N m RMS at '
+        f'{JOINT_NAMES[joint]}, of torques up to {np.abs(samples.effort).max():.3g} N m',
         joint=JOINT_NAMES[joint], rms_by_joint=dict(zip(JOINT_NAMES, rms.tolist(), strict=True)))
-    return check, {'smoothed': (seen.time.mean(axis=1), unexplained_torque)}
+    return check, {'smoothed': (samples.time.mean(axis=1), unexplained_torque)}
 
 
 def _command_check(run: Run, marks: Marks) -> Check:
@@ -141,31 +125,3 @@ def _command_check(run: Run, marks: Marks) -> Check:
                     f'{run.t[row]:.4g} s')
     return judge(name, worst, limit, 'N m', sentence, joint=JOINT_NAMES[joint],
                  periods=int(known.sum()), differing=wrong)
-
-
-def command_defect(run: Run) -> np.ndarray:
-    """
-    Return effort of state k+1 minus the command of state k, gravity added where it should be.
-
-    Parameters
-    ----------
-    run : Run
-        A recording with commands.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n - 1, 6)
-        Torque that acted beside the command [N m]; NaN where there is no answer or no successor,
-        and zero where a torque limit explains it.
-
-    """
-    q, _, effort = run.exact
-    command = run.command[:-1].copy()
-    if run.sim and run.sim.parameters.get('effort_convention') == 'gravity_excluded':
-        command += gravity_torque(q[:-1] + run.sim.arm.angle_offset, run.sim.arm)
-    if run.sim:
-        limit = run.sim.arm.limits.effort
-        command = np.clip(command, -limit, limit)
-    defect = effort[1:] - command
-    defect[~run.steps] = np.nan
-    return defect

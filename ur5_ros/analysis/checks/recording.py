@@ -8,7 +8,7 @@ from ur5_ros.config.validation import Marks
 
 
 def recording_check(run: Run) -> Check:
-    """Return whether both bags are whole, and if not why."""
+    """Return whether both bags are complete, and if not why."""
     if not run.problems:
         count = len(run.stamp)
         return Check('recording', PASS, f'whole: {count} states over {run.t[-1]:.3f} s')
@@ -65,8 +65,9 @@ def timing_check(run: Run, marks: Marks) -> Check:
     """Return whether the stamps advance by one period each; with the latency where known."""
     period = 1e9 / run.control_rate
     steps = np.diff(run.stamp)
-    odd = np.abs(steps - period) > max(2.0, (marks['period'] if run.sim else run.jitter) * period)
-    gaps, back = int(odd.sum()), int(run.counts.get('stamps_back', 0))
+    share = marks['period'] if run.sim else run.jitter
+    irregular = np.abs(steps - period) > max(2.0, share * period)
+    gaps, back = int(irregular.sum()), int(run.counts.get('stamps_back', 0))
     details = {'period_s': run.h, 'gaps': gaps, 'stamps_back': back,
                'largest_step_s': float(steps.max(initial=0)) * 1e-9, **latency(run)}
     late = ''
@@ -77,7 +78,7 @@ def timing_check(run: Run, marks: Marks) -> Check:
         return Check('timing', FAIL, f'{back} stamps go back{late}', float(back), 0.0, 'stamps',
                      details)
     if gaps:
-        row = int(np.argmax(odd))
+        row = int(np.argmax(irregular))
         return judge('timing', gaps, 0.0, 'gaps',
                      f'{gaps} gaps; the first after {run.stamp[row] * 1e-9:.6g} s: '
                      f'{steps[row] * 1e-9:.6g} s instead of {run.h:.6g} s{late}', **details)
@@ -87,20 +88,17 @@ def timing_check(run: Run, marks: Marks) -> Check:
 
 def latency(run: Run) -> dict[str, float]:
     """
-    Return the wall-clock delay from a state to its answer, as the simulator's bag saw it.
+    Return the wall-clock delay from a state to its answer, as in the simulator's bag.
 
-    Returns
-    -------
-    dict
-        ``latency_p50_s``, ``latency_p99_s``, ``latency_max_s`` and ``late_periods``: answers
-        that arrived after the next state had gone out.  Empty where times are not recorded.
+    ``latency_p50_s``, ``latency_p99_s``, ``latency_max_s`` and ``late_periods``: answers that
+    arrived after the next state had been sent.  Empty where times are not recorded.
 
     """
     delay = delays(run)
-    if not delay.size:
+    if not delay.size or run.state_time is None or run.command_time is None:
         return {}
-    seen = (run.command_time[:-1] > 0)
-    late = int((run.command_time[:-1] > run.state_time[1:])[seen].sum())
+    answered = (run.command_time[:-1] > 0)
+    late = int((run.command_time[:-1] > run.state_time[1:])[answered].sum())
     p50, p99 = np.percentile(delay, [50, 99])
     return {'latency_p50_s': float(p50), 'latency_p99_s': float(p99),
             'latency_max_s': float(delay.max()), 'late_periods': late}
@@ -110,5 +108,5 @@ def delays(run: Run) -> np.ndarray:
     """Return the wall-clock delay from state to answer [s] of the states that have both."""
     if run.state_time is None or run.command_time is None:
         return np.zeros(0)
-    seen = (run.command_time > 0) & (run.state_time > 0)
-    return (run.command_time[seen] - run.state_time[seen]) * 1e-9
+    both = (run.command_time > 0) & (run.state_time > 0)
+    return (run.command_time[both] - run.state_time[both]) * 1e-9

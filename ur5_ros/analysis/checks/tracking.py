@@ -1,4 +1,4 @@
-"""Did joints and tool keep to the reference once the transient was over?"""
+"""Did joints and tool follow the reference once the transient was over?"""
 
 import numpy as np
 
@@ -31,61 +31,53 @@ def tracking_checks(
     """
     Return the checks of tool and joints against the reference.
 
-    Parameters
-    ----------
-    run : Run
-        A recording with a reference.
-    marks : Marks
-        Pass marks.
-    tool : ToolTracking
-        Poses and errors of the tool.
-    predicted : numpy.ndarray, shape (n, 6)
-        Error of the sampled loop by theory [rad], NaN where none is known.
+    ``predicted`` is the error of the sampled loop by theory, shape (n, 6) [rad], NaN where it is
+    not known.
 
     """
-    laws = laws_of(run)
+    laws, star = laws_of(run), run.required_reference
     promised = promised_rows(laws, len(run.stamp))
-    error = run.exact.q - run.reference.q
+    error = run.exact.q - star.q
     known = np.isfinite(error).all(axis=1)
     if not known.any():
         return [not_applicable(name, 'no state has a reference') for name in NAMES]
     if not promised.any():
-        return _tracking_told(run, tool, error[known], laws[0].parameters.get('mode'))
-    settled = known & promised & (_since_jump(run, known, laws) >= _needed(laws, len(known)))
+        return _without_verdict(run, tool, error[known], laws[0].parameters.get('mode'))
+    settled = known & promised & (_since_jump(run, known, laws) >= _transient(laws, len(known)))
     begin = float(run.t[np.argmax(settled)]) if settled.any() else float(
-        _needed(laws, len(known)).max())
+        _transient(laws, len(known)).max())
     period = run.h * 1e3
     rows = np.flatnonzero(settled & np.isfinite(predicted).all(axis=1))
-    theory = tool_errors(run.reference.q[rows] + predicted[rows], run.reference.q[rows],
-                         run.control.arm)
+    theory = tool_errors(star.q[rows] + predicted[rows], star.q[rows],
+                         run.required_control.arm)
     checks = []
     for name, series, expected, mark, unit, scale, shown in (
             ('tool position', tool.distance, theory[0], 'settled_position', 'm', 1e3, 'mm'),
             ('tool orientation', tool.angle, theory[1], 'settled_orientation', 'rad', 1e3,
              'mrad')):
         limit = max(marks[mark] * period, BEYOND_THEORY * expected.max(initial=0.0))
-        numbers = {'max': float(np.nanmax(series)),
-                   'rms': float(np.sqrt(np.nanmean(series**2))),
+        greatest, rms = float(np.nanmax(series)), float(np.sqrt(np.nanmean(series**2)))
+        numbers = {'max': greatest, 'rms': rms,
                    'settled_after_s': _settling(run.t, series, limit)}
         if not settled.any():
             checks.append(not_applicable(
                 name, f'the run ends before its transient does ({SETTLED:g} time constants: '
-                f'{begin:.3g} s); largest error {numbers["max"] * scale:.3g} {shown}', **numbers))
+                f'{begin:.3g} s); largest error {greatest * scale:.3g} {shown}', **numbers))
             continue
         worst = float(series[settled].max())
         checks.append(judge(
             name, worst, limit, unit,
             f'at most {worst * scale:.3g} {shown} after {begin:.3g} s '
-            f'(RMS of the whole run {numbers["rms"] * scale:.3g} {shown}, largest '
-            f'{numbers["max"] * scale:.3g} {shown})', **numbers))
+            f'(RMS of the whole run {rms * scale:.3g} {shown}, largest '
+            f'{greatest * scale:.3g} {shown})', **numbers))
     limit = max(marks['settled_joint'] * period,
                 BEYOND_THEORY * np.abs(predicted[rows]).max(initial=0.0))
     checks.append(_joint_tracking(error[known], error[settled], begin, limit))
     return checks
 
 
-def _tracking_told(run: Run, tool: ToolTracking, error, mode) -> list[Check]:
-    """Return the tracking without a verdict, for a law that promises nothing."""
+def _without_verdict(run: Run, tool: ToolTracking, error, mode) -> list[Check]:
+    """Return the tracking without a verdict, for a law that has no linear error equation."""
     why = f'the law (mode {mode}) promises no error equation'
     words = []
     for series, scale, unit in ((tool.distance, 1e3, 'mm'), (tool.angle, 1e3, 'mrad')):
@@ -98,17 +90,17 @@ def _tracking_told(run: Run, tool: ToolTracking, error, mode) -> list[Check]:
             for name, word in zip(NAMES, words, strict=True)]
 
 
-def _needed(laws: list[Law], count: int) -> np.ndarray:
-    """Return the time that the transient of each row's law takes [s], shape (count,)."""
-    needed = np.full(count, np.inf)
+def _transient(laws: list[Law], count: int) -> np.ndarray:
+    """Return how long the transient of each row's law lasts [s], shape (count,)."""
+    duration = np.full(count, np.inf)
     for law in laws:
-        needed[law.first:law.end] = SETTLED / -float(error_poles(law.gains).real.max())
-    return needed
+        duration[law.first:law.end] = SETTLED / -float(error_poles(law.gains).real.max())
+    return duration
 
 
 def _since_jump(run: Run, known: np.ndarray, laws: list[Law]) -> np.ndarray:
     """Return the time since reference or law began, or were last changed [s], shape (n,)."""
-    star, h = run.reference, run.h
+    star, h = run.required_reference, run.h
     jump = np.abs(star.q[1:] - star.q[:-1] - 0.5 * h * (star.qd[1:] + star.qd[:-1])).max(axis=1)
     new = np.concatenate([[True], (jump > JUMP) | (known[1:] & ~known[:-1])])
     new[[law.first for law in laws]] = True

@@ -78,6 +78,7 @@ def load_run(
     stamp = states.stamp[rows]
     run = next((source.run for source in sources if source.run), folder.resolve().name)
     rate = float(sim.parameters['control_rate']) if sim else _rate(stamp)
+    gains = {key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None}
     known = {'name': run, 'stamp': stamp, 'control_rate': rate, 'folder': str(folder),
              'states': States(*(getattr(states, field)[rows] for field in _FIELDS))}
     answer = _answers(sources, stamp, states, rows, counts)
@@ -86,7 +87,8 @@ def load_run(
         **known, **answer, reference=star,
         physics_rate=float(sim.parameters['physics_rate']) if sim else 0.0,
         truth=_truth(sources, stamp), parts=_parts(sources, stamp),
-        sim=_sim_side(sim, arm), control=_control_side(control, sim, arm, control_arm, kp, kd),
+        sim=_sim_side(sim, arm),
+        control=_control_record(control, control_arm or (arm if sim is None else None), gains),
         events=tuple(event for source in sources for event in events_of(source)),
         counts=counts, problems=tuple(problems), current=_current(sources, stamp),
         follows_reference=stated.effort == 'target torque' and star is not None)
@@ -187,7 +189,7 @@ def _answers(sources, stamp, states, rows, counts) -> dict:
          & (commands.stamp[stamped] <= stamp[-1])).sum())
     answer = {'command': _aligned(stamp, commands.stamp, commands.effort)}
     heard = _first(sources, 'joint_command', ('sim', 'robot', '', 'control'))
-    if heard.has('joint_states'):
+    if heard is not None and heard.has('joint_states'):
         commands, states = heard.data['joint_command'], heard.data['joint_states']
         # Of copies of a state the last one sent is the one that is answered.
         order = np.arange(len(states.stamp))[::-1]
@@ -241,13 +243,13 @@ def _sim_side(side: NodeRecord | None, arm: str | None) -> NodeRecord | None:
     return replace(side, arm_name=arm, arm=load_arm(arm))
 
 
-def _control_side(side, sim, arm, control_arm, kp, kd) -> NodeRecord | None:
-    """Return what the controller's bag says, or what the user says instead."""
-    name = control_arm or (arm if sim is None else None)
-    if side is None and name is None:
-        return None
-    gains = {key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None}
+def _control_record(
+    side: NodeRecord | None, name: str | None, gains: dict[str, list[float]],
+) -> NodeRecord | None:
+    """Return the controller's record from its bag, with the user's arm and gains in it."""
     if side is None:
+        if name is None:
+            return None
         given = complete(CONTROL_PARAMETERS, {'arm': name})
         unknown = {} if gains else {'mode': 'unknown'}
         return NodeRecord(name, load_arm(name), given | gains | unknown)

@@ -1,16 +1,19 @@
-"""A run as arrays: states, answers, references and what the bags say about plant and law."""
+"""What one run recorded, as plain arrays; made from bags, or in memory by the loop."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference
 
 #: Effort parts that the law records, in the order of the report.
 PARTS = ('inertial', 'feedback', 'coriolis', 'gravity')
+
+_Part = TypeVar('_Part')
 
 
 class States(NamedTuple):
@@ -25,7 +28,7 @@ class States(NamedTuple):
 
 
 class RecordedEvent(NamedTuple):
-    """Something that happened to the plant."""
+    """An event of the plant, read from a bag."""
 
     stamp: int
     """Stamp of the state from which it acts [ns]."""
@@ -34,11 +37,11 @@ class RecordedEvent(NamedTuple):
     message: str
     """The sentence that was logged."""
     values: dict[str, Any]
-    """What exactly."""
+    """Its data, by name."""
 
 
 class ParameterChange(NamedTuple):
-    """Parameters of the law that were changed while it ran."""
+    """Parameters of the law that were changed during the run."""
 
     stamp: int
     """Stamp of the last state that was answered before [ns]; 0 where none was."""
@@ -48,7 +51,7 @@ class ParameterChange(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class NodeRecord:
-    """What one node's bag says about the node."""
+    """What one node's bag states about the node."""
 
     arm_name: str
     arm: ArmParameters
@@ -56,12 +59,11 @@ class NodeRecord:
     """Every parameter at the start."""
     versions: Mapping[str, str] = field(default_factory=dict)
     summary: Mapping[str, Any] = field(default_factory=dict)
-    """What the node noted at its end; empty when it did not come to that."""
+    """What the node wrote when it closed the bag; empty when it did not close it."""
     fingerprint: Mapping[str, Any] = field(default_factory=dict)
     """What repeatability to the last bit depends on."""
     changes: tuple[ParameterChange, ...] = ()
-    """What was changed in the parameters later, in order of time; the simulator's changes are
-    events."""
+    """Later changes of the law's parameters, in order of time; the simulator's are events."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +71,8 @@ class Run:
     """
     One run: rows are states in the order of their stamps, each with its answer and reference.
 
-    Where a state has no answer or no reference the row holds NaN.
+    Where a state has no answer or no reference the row holds NaN.  What a recording may lack is
+    None; the properties ``required_...`` raise InputError then and name what is missing.
 
     """
 
@@ -99,7 +102,7 @@ class Run:
     command_time: np.ndarray | None = None
     """Wall clock at which its answer arrived [ns], shape (n,); 0 where none did."""
     counts: Mapping[str, int] = field(default_factory=dict)
-    """Odd things met while pairing: copies, orphans, steps back, ..."""
+    """Irregularities met while pairing: copies, answers without a state, steps back, ..."""
     problems: tuple[str, ...] = ()
     """Why the recording is not whole, one sentence each; empty where it is."""
     folder: str = ''
@@ -107,6 +110,48 @@ class Run:
     """Whether the effort is a robot's own target torque, which belongs to the reference."""
     current: np.ndarray | None = None
     """Motor currents [A], shape (n, 6), of a real robot's log."""
+
+    @property
+    def required_reference(self) -> Reference:
+        """The reference; InputError where none is recorded."""
+        return self._required(self.reference, 'no reference is recorded')
+
+    @property
+    def required_command(self) -> np.ndarray:
+        """The commands, shape (n, 6) [N m]; InputError where none are recorded."""
+        return self._required(self.command, 'no stamped commands are recorded')
+
+    @property
+    def required_sim(self) -> NodeRecord:
+        """The simulator's record; InputError where the bag has none."""
+        return self._required(self.sim, 'the simulator is not described')
+
+    @property
+    def required_control(self) -> NodeRecord:
+        """The controller's record; InputError where the bag has none."""
+        return self._required(self.control, 'the controller is not described')
+
+    @property
+    def required_current(self) -> np.ndarray:
+        """The motor currents, shape (n, 6) [A]; InputError where none are recorded."""
+        return self._required(self.current, 'no motor currents are recorded')
+
+    def _required(self, part: _Part | None, missing: str) -> _Part:
+        if part is None:
+            raise InputError(f'{self.name}: {missing}; record it, or choose another run')
+        return part
+
+    @property
+    def law_record(self) -> NodeRecord | None:
+        """The controller's record, or the simulator's where there is no controller."""
+        return self.control or self.sim
+
+    @property
+    def has_reference(self) -> np.ndarray:
+        """Which states have a reference, shape (n,)."""
+        if self.reference is None:
+            return np.zeros(len(self.stamp), dtype=bool)
+        return np.isfinite(np.hstack([*self.reference])).all(axis=1)
 
     @property
     def t(self) -> np.ndarray:
@@ -129,17 +174,17 @@ class Run:
         if self.truth is None:
             return self.states
         known = np.isfinite(self.truth.q).all(axis=1)[:, None]
-        return States(*(np.where(known, truth, seen)
-                        for truth, seen in zip(self.truth, self.states, strict=True)))
+        return States(*(np.where(known, true, published)
+                        for true, published in zip(self.truth, self.states, strict=True)))
 
     @property
     def jitter(self) -> float:
-        """Share of the period by which stamps may step differently: a robot's own clock does."""
+        """Share of the period by which steps of the stamps may differ; more on a robot's clock."""
         return 1e-3 if self.sim is not None else 0.3
 
     @property
     def noisy(self) -> bool:
-        """Tell whether the states carry noise and the exact ones are not recorded."""
+        """Whether the states carry noise and the exact ones are not recorded."""
         if self.truth is not None or self.sim is None:
             return self.sim is None
         given = [self.sim.parameters] + [
@@ -151,7 +196,7 @@ class Run:
     @property
     def steps(self) -> np.ndarray:
         """
-        Tell which rows k are followed by the state one period later, shape (n - 1,).
+        Which rows k are followed by the state one period later, shape (n - 1,).
 
         False across gaps and across a reset.
 

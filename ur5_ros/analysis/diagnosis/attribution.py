@@ -1,4 +1,4 @@
-"""Attribution: where a run is not what it should be, which causes it has, with size and error."""
+"""Attribution: why checks of a run fail, as causes with size and error."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,30 +8,20 @@ from ur5_ros.analysis.diagnosis.command_path import path_causes
 from ur5_ros.analysis.diagnosis.plant import plant_causes
 from ur5_ros.analysis.result import FAIL, Check
 
-#: Checks that ask for a cause in the plant, and on the way from law to plant.
+#: Checks that need a cause in the plant, and between law and plant.
 _PLANT = ('residual, controller arm', 'inverse dynamics')
 _PATH = ('command acts', 'states on time', 'error step', 'error recursion', 'error continuous')
 
 
 def causes(run: Run, checks: Sequence[Check]) -> list[dict[str, Any]]:
-    """
-    Return why checks fail, most certain first; nothing where nothing asks for a cause.
-
-    Parameters
-    ----------
-    run : Run
-        The recording.
-    checks : sequence of Check
-        What was found.
-
-    """
+    """Return why checks fail, most certain first; empty where no failed check needs a cause."""
     failed = {check.name for check in checks if check.verdict == FAIL}
-    side = run.control or run.sim
+    record = run.law_record
     found = []
     if failed.intersection(_PATH):
         found += path_causes(run)
-    if failed.intersection(_PLANT) and side is not None:
-        plant = plant_causes(run, side.arm)
+    if failed.intersection(_PLANT) and record is not None:
+        plant = plant_causes(run, record.arm)
         if any(cause['kind'] == 'state delay' for cause in found):
             # Late states begin with copies of the first one, which no cause in the plant makes.
             plant = [cause for cause in plant if cause['kind'] != 'unexplained']

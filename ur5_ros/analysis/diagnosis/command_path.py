@@ -6,35 +6,22 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.checks.law import law_torque
-from ur5_ros.analysis.checks.model import command_defect
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.laws import laws_of, promised_rows
+from ur5_ros.analysis.residual import command_defect
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.signals import JOINT_NAMES
 
-#: Longest delay that is looked for [control periods], and rows that are compared.
-LONGEST, ROWS = 1000, 3000
+#: Longest delay that is tried [control periods], and rows that are compared.
+MAX_DELAY, ROWS = 1000, 3000
 
-#: A cause of the path must explain all but this share of what it explains, in RMS.
-LEFT = 0.02
+#: Share of the RMS that a cause of the path may leave unexplained.
+MAX_LEFT = 0.02
 
 
 def path_causes(run: Run) -> list[dict[str, Any]]:
-    """
-    Return what happens between the law's command and the torque that acts.
-
-    Parameters
-    ----------
-    run : Run
-        The recording.
-
-    Returns
-    -------
-    list of dict
-        ``kind``, ``sentence``, ``share`` and the size.
-
-    """
+    """Return causes between the law's command and the torque that acts: kind, sentence, size."""
     late = _state_delay(run)
     found = ([late] if late else []) + _command_causes(run)
     if all('delay' in cause['kind'] for cause in found):
@@ -47,7 +34,7 @@ def path_causes(run: Run) -> list[dict[str, Any]]:
 
 
 def lateness_check(run: Run) -> Check:
-    """Return whether the law saw the newest states, where the exact ones are recorded."""
+    """Return whether the law received the newest states, where the exact ones are recorded."""
     name = 'states on time'
     if run.truth is None:
         return not_applicable(name, 'exact states are not recorded beside the published ones')
@@ -62,8 +49,8 @@ def _state_delay(run: Run) -> dict[str, Any] | None:
     if run.truth is None:
         return None
     known = np.isfinite(run.truth.q).all(axis=1)
-    seen, true = run.states.q, np.where(known[:, None], run.truth.q, run.states.q)
-    best, left, before = _best_lag(seen, true)
+    published, true = run.states.q, np.where(known[:, None], run.truth.q, run.states.q)
+    best, left, before = _best_lag(published, true)
     if best == 0 or left > 0.2 * before:
         return None
     return _delay('state delay', best, left, before, run)
@@ -80,25 +67,26 @@ def _command_causes(run: Run) -> list[dict[str, Any]]:
     before = _rms(defect[good])
     if before <= 1e-9 * max(scale, 1.0):
         return []
-    # What acted of the commands, gravity that the plant adds left out, so that every hypothesis
-    # is a matter of when and on which joint.
-    asked = run.command[:-1]
-    acted = asked + defect
-    order, left = _best_order(acted[good], asked[good])
+    # The commands as they acted, without the gravity that the plant adds: what is left to find
+    # is a delay or an order of joints.
+    sent = run.command[:-1]
+    acted = sent + defect
+    order, left = _best_order(acted[good], sent[good])
     lag, left_lag, _ = _best_lag(np.where(good[:, None], acted, np.nan),
-                                 np.where(good[:, None], asked, np.nan))
-    if lag and left_lag <= min(LEFT * before, left):
+                                 np.where(good[:, None], sent, np.nan))
+    if lag and left_lag <= min(MAX_LEFT * before, left):
         # With the exact states recorded, theirs is known already; else the first ones are copies.
         states = 0 if run.truth is not None else min(lag, _copies(run))
         return [_delay(kind, periods, left_lag, before, run) for kind, periods in
                 (('state delay', states), ('command delay', lag - states)) if periods]
-    if order != tuple(range(6)) and left <= LEFT * before:
+    if order != tuple(range(6)) and left <= MAX_LEFT * before:
         pairs = ', '.join(f'{JOINT_NAMES[i]} got the torque of {JOINT_NAMES[j]}'
                           for i, j in enumerate(order) if i != j)
         return [{'kind': 'joint order', 'order': list(order), 'share': 1.0 - (left / before)**2,
                 'sentence': f'joint order swapped in the command: {pairs}'}]
     rows = good.nonzero()[0]
-    arm = (run.sim or run.control).arm
+    record = run.sim or run.required_control
+    arm = record.arm
     gravity = gravity_torque(run.exact.q[rows] + arm.angle_offset, arm)
     cause = _gravity_cause(defect[rows], gravity)
     return [cause] if cause else []
@@ -108,9 +96,9 @@ def _gravity_convention(run: Run, lag: int) -> dict[str, Any] | None:
     """Return gravity missing or doubled, from the law recomputed."""
     if run.control is None or run.reference is None:
         return None
-    star, arm = run.reference, run.control.arm
+    arm = run.control.arm
     laws = [law for law in laws_of(run) if law.promised]
-    known = np.isfinite(np.hstack([*star])).all(axis=1) & promised_rows(laws, len(run.stamp))
+    known = run.has_reference & promised_rows(laws, len(run.stamp))
     rows = np.flatnonzero(run.steps & known[:-1])
     rows = rows[known[rows - lag] & (rows >= lag)]
     if not len(rows):
@@ -142,7 +130,7 @@ def _gravity_cause(surplus: np.ndarray, gravity: np.ndarray) -> dict[str, Any] |
 def _best_lag(late: np.ndarray, early: np.ndarray) -> tuple[int, float, float]:
     """Return the lag at which ``late[k + lag]`` is nearest to ``early[k]``, and both RMS."""
     n = len(late)
-    longest = min(LONGEST, n // 3)
+    longest = min(MAX_DELAY, n // 3)
     best, left, before = 0, np.inf, np.inf
     pick = np.unique(np.linspace(longest, n - 1, ROWS).astype(int))
     for lag in range(longest + 1):
@@ -155,9 +143,9 @@ def _best_lag(late: np.ndarray, early: np.ndarray) -> tuple[int, float, float]:
     return best, left, before
 
 
-def _best_order(acted: np.ndarray, asked: np.ndarray) -> tuple[tuple[int, ...], float]:
-    """Return the order in which acted[:, i] is nearest to asked[:, order[i]], and the RMS."""
-    cost = np.array([[np.mean((acted[:, i] - asked[:, j])**2) for j in range(6)]
+def _best_order(acted: np.ndarray, sent: np.ndarray) -> tuple[tuple[int, ...], float]:
+    """Return the order in which acted[:, i] is nearest to sent[:, order[i]], and the RMS."""
+    cost = np.array([[np.mean((acted[:, i] - sent[:, j])**2) for j in range(6)]
                      for i in range(6)])
     every = list(permutations(range(6)))
     total = [sum(cost[i, j] for i, j in enumerate(order)) for order in every]
@@ -166,7 +154,7 @@ def _best_order(acted: np.ndarray, asked: np.ndarray) -> tuple[tuple[int, ...], 
 
 
 def _copies(run: Run) -> int:
-    """Return how many of the first states are copies of the first one: a late state's trace."""
+    """Return how many of the first states are copies of the first one, as a delay makes them."""
     q, _, effort = run.states
     same = (q == q[0]).all(axis=1) & (effort == effort[0]).all(axis=1)
     return int(np.argmin(same)) - 1 if not same.all() else 0

@@ -6,7 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.residual_blocks import SampleBlocks, effects, gather, sliding
+from ur5_ros.analysis.residual_blocks import (
+    SampleBlocks,
+    sample_blocks,
+    sliding,
+    unit_torques,
+)
 from ur5_ros.config import list_arms, load_arm
 from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
@@ -14,18 +19,18 @@ from ur5_ros.signals import JOINT_NAMES
 
 #: A cause must explain this share of the unexplained torque, squared; more where the plant's time
 #: step is not that of the recording, or there is noise.
-SHARE_PLAIN, SHARE_ROUGH = 1e-6, 1e-3
+SHARE_EXACT, SHARE_MEASURED = 1e-6, 1e-3
 
-#: What a true cause leaves at most where nothing but rounding is in the way.
+#: What a true cause leaves at most in exact samples.
 ROUNDING = 1e-12
 
-#: Errors are not told finer than this share of the value: the model is not known better.
+#: Smallest standard error, as a share of the value: the model is not known better.
 PRECISION = 1e-9
 
-#: Times the noise that a cause must stand out.
-CERTAIN = 40.0
+#: A cause must explain this many times the noise.
+MIN_SIGNAL = 40.0
 
-#: Standard errors from which on a number is no accident.
+#: Number of standard errors from which on a value is significant.
 SIGNIFICANT = 5.0
 
 _UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2'}
@@ -42,41 +47,32 @@ class Fit(NamedTuple):
     left: float
     """What stays unexplained, squared, as a share of everything."""
     confounders: tuple[str, ...] = ()
-    """Causes that are not needed, but that this motion does not tell from those found."""
+    """Causes that are not needed, but that this motion does not separate from those found."""
 
 
 def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     """
-    Return what in the plant the law's arm does not have.
+    Return what in the plant the law's arm does not have, most important first.
 
-    Parameters
-    ----------
-    run : Run
-        The recording.
-    arm : ArmParameters
-        The arm of the law.
-
-    Returns
-    -------
-    list of dict
-        ``kind``, ``sentence``, ``share`` of the squared residual that is explained, and sizes
-        with errors; most important first.
+    Each has ``kind``, ``sentence``, ``share`` of the squared residual that is explained, and
+    sizes with errors.
 
     """
-    seen = gather(run, arm)
-    if seen is None or not np.abs(seen.unexplained_torque).max() > 0.0:
+    samples = sample_blocks(run, arm)
+    if samples is None or not np.abs(samples.unexplained_torque).max() > 0.0:
         return []
-    units = effects(seen, arm)
-    unexplained_torque = seen.unexplained_torque.mean(axis=1)
-    known = sliding(seen)
+    units = unit_torques(samples, arm)
+    unexplained_torque = samples.unexplained_torque.mean(axis=1)
+    known = sliding(samples)
     scale = np.sqrt(np.mean(unexplained_torque**2, axis=0))
     scale = np.maximum(scale, 1e-6 * scale.max())
     weight = known / scale / np.sqrt(known.sum())
     weight = np.where(known.any(axis=0), weight, 0.0)
-    fit = _choose(units, unexplained_torque, weight, SHARE_PLAIN if seen.plain else SHARE_ROUGH)
-    if not seen.plain:
+    least = SHARE_EXACT if samples.exact else SHARE_MEASURED
+    fit = _choose(units, unexplained_torque, weight, least)
+    if not samples.exact:
         fit = _with_confounders(fit, units, unexplained_torque, weight)
-    other, left = _best_arm(seen, arm, weight)
+    other, left = _best_arm(samples, arm, weight)
     if other and left < 0.1 and fit.left > ROUNDING and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2):
         parts = _sentences(fit, arm) if set(fit.names) <= {'armature', 'gravity'} else []
@@ -85,20 +81,20 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
 
 
 def _choose(units, unexplained_torque, weight, least: float) -> Fit:
-    """Add the best cause as long as it stands out, then drop those that no longer do."""
+    """Add the best cause as long as it is significant, then drop those that no longer are."""
     chosen: tuple[str, ...] = ()
     best = _fit(units, chosen, unexplained_torque, weight)
     while len(chosen) < len(units):
         trials = [_fit(units, (*chosen, name), unexplained_torque, weight)
                   for name in units if name not in chosen]
         trial = min(trials, key=lambda fit: fit.left)
-        if not _stands_out(best, trial, unexplained_torque, least):
+        if not _is_significant(best, trial, unexplained_torque, least):
             break
         chosen, best = trial.names, trial
     for name in chosen[:-1]:
         without = tuple(other for other in chosen if other != name)
         trial = _fit(units, without, unexplained_torque, weight)
-        if not _stands_out(trial, best, unexplained_torque, least):
+        if not _is_significant(trial, best, unexplained_torque, least):
             chosen, best = without, trial
     return best
 
@@ -107,8 +103,8 @@ def _with_confounders(fit: Fit, units, unexplained_torque, weight) -> Fit:
     """
     Return the fit with errors as wide as what other causes would change.
 
-    A cause that explains too little to be named may still be there, and the causes found have then
-    taken its share: where one is significant and moves them, it is a rival.
+    A cause that explains too little to be named may still act, and the causes found have then
+    taken its share: where one is significant and changes them, it is a confounder.
 
     """
     confounders, error = [], fit.error
@@ -125,11 +121,13 @@ def _with_confounders(fit: Fit, units, unexplained_torque, weight) -> Fit:
     return fit._replace(error=error, confounders=tuple(confounders))
 
 
-def _stands_out(without: Fit, with_: Fit, unexplained_torque: np.ndarray, least: float) -> bool:
+def _is_significant(
+    without: Fit, with_: Fit, unexplained_torque: np.ndarray, least: float,
+) -> bool:
     gain = without.left - with_.left
     more = len(with_.value) - len(without.value)
     noise = with_.left / max(unexplained_torque.size - len(with_.value), 1)
-    return gain > least and gain > 1e-3 * without.left and gain > CERTAIN * more * noise
+    return gain > least and gain > 1e-3 * without.left and gain > MIN_SIGNAL * more * noise
 
 
 def _fit(units, names: tuple[str, ...], unexplained_torque, weight) -> Fit:
@@ -157,14 +155,14 @@ def _named_arms() -> dict[str, ArmParameters]:
     return {name: load_arm(name) for name in list_arms()}
 
 
-def _best_arm(seen: SampleBlocks, arm: ArmParameters, weight) -> tuple[str, float]:
+def _best_arm(samples: SampleBlocks, arm: ArmParameters, weight) -> tuple[str, float]:
     """Return the named arm that leaves least unexplained, and how much."""
-    total = float(np.sum((seen.unexplained_torque.mean(axis=1) * weight)**2))
+    total = float(np.sum((samples.unexplained_torque.mean(axis=1) * weight)**2))
     found = ('', np.inf)
     for name, other in _named_arms().items():
-        angles = seen.q - arm.angle_offset + other.angle_offset
-        unexplained_torque = seen.effort - inverse_dynamics(angles, seen.qd, seen.qdd, other)
-        left = float(np.sum((unexplained_torque.mean(axis=1) * weight)**2)) / total
+        angles = samples.q - arm.angle_offset + other.angle_offset
+        torque = inverse_dynamics(angles, samples.qd, samples.qdd, other)
+        left = float(np.sum(((samples.effort - torque).mean(axis=1) * weight)**2)) / total
         if left < found[1]:
             found = (name, left)
     return found

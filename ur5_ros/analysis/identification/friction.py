@@ -1,4 +1,4 @@
-"""Friction from motor currents: what the motors do beyond the torque that the motion takes."""
+"""Friction from motor currents: motor torque beyond the torque of the motion."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ class MotorFriction(NamedTuple):
     """Per joint: how a current becomes torque, and what friction takes of it."""
 
     drive: np.ndarray
-    """Joint torque a current makes [N m/A], shape (6,); NaN where the run does not tell."""
+    """Joint torque of a current [N m/A], shape (6,); NaN where it is not determined."""
     drive_error: np.ndarray
     viscous: np.ndarray
     """[N m s/rad]."""
@@ -59,17 +59,8 @@ def motor_friction(runs: Sequence[Run], test: Run | None = None) -> MotorFrictio
     """
     Fit current = (torque + viscous qd + Coulomb sign(qd)) / drive, joint by joint.
 
-    Parameters
-    ----------
-    runs : sequence of Run
-        Recordings with motor currents and target torques.
-    test : Run, optional
-        Recording to try the result on; the last run fitted by default.
-
-    Returns
-    -------
-    MotorFriction or None
-        None where no currents are recorded.
+    The result is tried on ``test``, by default the last run fitted; None where no currents are
+    recorded.
 
     """
     runs = [run for run in runs if run.current is not None]
@@ -102,7 +93,7 @@ def motor_friction(runs: Sequence[Run], test: Run | None = None) -> MotorFrictio
 
 def _rows(run: Run, joint: int, which: int):
     torque, qd = run.states.effort[:, joint], run.states.qd[:, joint]
-    current = run.current[:, joint]
+    current = run.required_current[:, joint]
     use = np.isfinite(torque) & np.isfinite(current) & (np.abs(qd) > MOVING)
     x = np.column_stack([torque, qd, np.sign(qd)])[use]
     return x, current[use], (run.t[use] // BLOCK).astype(int) + 1_000_000 * which

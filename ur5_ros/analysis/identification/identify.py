@@ -8,7 +8,7 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.friction import MotorFriction, motor_friction
 from ur5_ros.analysis.identification.inertia import physical, with_parameters
-from ur5_ros.analysis.residual_blocks import SLOW, SampleBlocks, gather
+from ur5_ros.analysis.residual_blocks import SLOW, SampleBlocks, sample_blocks
 from ur5_ros.analysis.result import plain
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics
@@ -28,7 +28,7 @@ NAMES = tuple(f'{name}{i}' for i in range(1, 7) for name in LINK_PARAMETERS) + t
 
 
 class Identified(NamedTuple):
-    """What runs tell of an arm."""
+    """The parameters of an arm found from runs."""
 
     arm: ArmParameters
     """Physical parameters that predict the same torques."""
@@ -43,7 +43,7 @@ class Identified(NamedTuple):
     condition: float
     """Condition number of the scaled regressor."""
     moved: float
-    """How far physical parameters lie from the fit, in its standard errors; 0 = on it."""
+    """Distance of the physical parameters from the fit, in its standard errors; 0 = on it."""
     torque_rms: np.ndarray
     """Torque of the test run, root mean square [N m], shape (6,)."""
     test_rms: np.ndarray
@@ -51,9 +51,9 @@ class Identified(NamedTuple):
     test_max: np.ndarray
     """Largest error [N m], shape (6,)."""
     test_run: str
-    """What it was tested on."""
+    """Name of the test run."""
     motors: MotorFriction | None
-    """What motor currents say of friction, where they are recorded."""
+    """Friction from motor currents, where they are recorded."""
 
     def to_plain(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -112,7 +112,8 @@ def identify(
     Raises
     ------
     InputError
-        If no arm is known, torques are not recorded, or the motion does not tell the parameters.
+        If no arm is known, no torques are recorded, or the motion does not determine the
+        parameters.
 
     Examples
     --------
@@ -126,18 +127,21 @@ def identify(
     if not runs:
         raise InputError('no run given; give one or more')
     if arm is None:
-        side = runs[0].control or runs[0].sim
-        if side is None:
+        record = runs[0].law_record
+        if record is None:
             raise InputError(f'{runs[0].name}: the bag names no arm; give one: --arm NAME')
-        arm = side.arm
-    seen = [_seen(run, arm) for run in runs]
-    tried = _seen(test, arm) if test is not None else None
-    tested_on = test.name if test is not None else f'the last fifth of {runs[0].name}'
-    if tried is None:
-        seen[0], tried = _cut(seen[0])
+        arm = record.arm
+    samples = [_samples(run, arm) for run in runs]
+    if test is not None:
+        tested, tested_on = _samples(test, arm), test.name
+    else:
+        tested_on = f'the last fifth of {runs[0].name}'
+        keep = len(samples[0].q) * 4 // 5
+        tested = samples[0].rows(slice(keep, None))
+        samples[0] = samples[0].rows(slice(0, keep))
     combination, columns = base_of(arm)
     x, y, known = (np.concatenate(parts) for parts in zip(
-        *(_rows(each, arm, columns) for each in seen), strict=True))
+        *(_rows(each, arm, columns) for each in samples), strict=True))
     value, error, condition = _least_squares(x, y, known)
     count = len(columns)
     start = np.concatenate([inertial_parameters(arm), arm.armature])
@@ -145,7 +149,7 @@ def identify(
     away = np.abs(combination @ full - value[:count])
     found = with_parameters(arm, full, name)
     viscous, coulomb = value[count:count + 6], value[count + 6:]
-    wrong, torque = _prediction_error(tried, found, viscous, coulomb)
+    wrong, torque = _prediction_error(tested, found, viscous, coulomb)
     return Identified(
         found, {NAMES[c]: (float(v), float(e)) for c, v, e in
                 zip(columns, value, error, strict=False)},
@@ -158,7 +162,7 @@ def identify(
 
 def base_of(arm: ArmParameters, states: int = 500) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return which combinations of the 66 parameters motion and torque can tell.
+    Return which combinations of the 66 parameters motion and torque determine.
 
     Dependent columns show as zeros on the diagonal of the QR decomposition over spread states
     (Gautier 1991) and are folded into the columns before them.
@@ -188,23 +192,13 @@ def base_of(arm: ArmParameters, states: int = 500) -> tuple[np.ndarray, np.ndarr
     return combination, columns
 
 
-def _seen(run: Run, arm: ArmParameters) -> SampleBlocks:
+def _samples(run: Run, arm: ArmParameters) -> SampleBlocks:
     if np.isnan(run.states.effort).all():
         raise InputError(f'{run.name}: no torques are recorded; they are needed')
-    seen = gather(run, arm, BLOCKS)
-    if seen is None:
+    samples = sample_blocks(run, arm, BLOCKS)
+    if samples is None:
         raise InputError(f'{run.name}: too few states with a torque follow each other')
-    return seen
-
-
-def _cut(seen: SampleBlocks) -> tuple[SampleBlocks, SampleBlocks]:
-    keep = len(seen.q) * 4 // 5
-    parts: list[Any] = [[None if value is None or isinstance(value, bool) else value[rows]
-              for value in seen] for rows in (slice(0, keep), slice(keep, None))]
-    fit, test = (seen._replace(**{
-        field: value for field, value in zip(SampleBlocks._fields, part, strict=True)
-        if value is not None}) for part in parts)
-    return fit, test
+    return samples
 
 
 def _inertial_columns(q, qd, qdd, arm: ArmParameters) -> np.ndarray:
@@ -212,14 +206,14 @@ def _inertial_columns(q, qd, qdd, arm: ArmParameters) -> np.ndarray:
                           axis=-1)
 
 
-def _rows(seen: SampleBlocks, arm: ArmParameters, columns: np.ndarray):
+def _rows(samples: SampleBlocks, arm: ArmParameters, columns: np.ndarray):
     """Return block means of regressor (b, 6, p) and torque (b, 6), and which rows count."""
-    x = _inertial_columns(seen.q, seen.qd, seen.qdd, arm)[..., columns].mean(axis=1)
-    speed, way = seen.qd_next, np.sign(seen.qd_next)
-    friction = [part.mean(axis=1)[:, :, None] * np.eye(6) for part in (speed, way)]
-    least = SLOW if seen.plain else MOVING
-    known = (np.abs(speed) > least).all(axis=1) & (np.abs(way.mean(axis=1)) == 1.0)
-    return np.concatenate([x, *friction], axis=-1), seen.effort.mean(axis=1), known
+    x = _inertial_columns(samples.q, samples.qd, samples.qdd, arm)[..., columns].mean(axis=1)
+    speed, direction = samples.qd_next, np.sign(samples.qd_next)
+    friction = [part.mean(axis=1)[:, :, None] * np.eye(6) for part in (speed, direction)]
+    least = SLOW if samples.exact else MOVING
+    known = (np.abs(speed) > least).all(axis=1) & (np.abs(direction.mean(axis=1)) == 1.0)
+    return np.concatenate([x, *friction], axis=-1), samples.effort.mean(axis=1), known
 
 
 def _least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray):
@@ -257,17 +251,17 @@ def _least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray):
     return value, error, float(s[0] / s[-1])
 
 
-def _prediction_error(seen: SampleBlocks, arm: ArmParameters, viscous, coulomb):
+def _prediction_error(samples: SampleBlocks, arm: ArmParameters, viscous, coulomb):
     """Return error (m, 6), NaN where a joint sticks, and RMS of the torque on a run."""
-    torque = inverse_dynamics(seen.q, seen.qd, seen.qdd, arm)
-    torque = torque + viscous * seen.qd_next + coulomb * np.sign(seen.qd_next)
-    wrong = seen.effort - torque
-    # The friction of a joint that sticks is whatever holds it: nothing to predict.
-    slips = np.abs(seen.qd_next) > (SLOW if seen.plain else MOVING)
+    torque = inverse_dynamics(samples.q, samples.qd, samples.qdd, arm)
+    torque = torque + viscous * samples.qd_next + coulomb * np.sign(samples.qd_next)
+    wrong = samples.effort - torque
+    # The friction of a joint that sticks is not determined by its motion.
+    slips = np.abs(samples.qd_next) > (SLOW if samples.exact else MOVING)
     if coulomb.any():
-        wrong = np.where(slips if seen.plain else slips.all(axis=1)[:, None], wrong, np.nan)
-    wrong = wrong.reshape(-1, 6) if seen.plain else wrong.mean(axis=1)
-    return wrong, np.sqrt(np.mean(seen.effort.reshape(-1, 6)**2, axis=0))
+        wrong = np.where(slips if samples.exact else slips.all(axis=1)[:, None], wrong, np.nan)
+    wrong = wrong.reshape(-1, 6) if samples.exact else wrong.mean(axis=1)
+    return wrong, np.sqrt(np.mean(samples.effort.reshape(-1, 6)**2, axis=0))
 
 
 def _joints(value: np.ndarray, error: np.ndarray) -> dict[str, dict[str, float]]:

@@ -1,4 +1,4 @@
-"""Physical inertial parameters from what a fit can tell: the nearest that bodies can have."""
+"""The physical inertial parameters nearest to a fit."""
 
 from dataclasses import replace
 
@@ -6,59 +6,34 @@ import numpy as np
 
 from ur5_ros.model.parameters import ArmParameters, Payload
 
-#: Least eigenvalue of a pseudo-inertia matrix, how near the fit must be met, and how long to try.
-FLOOR, NEAR, ROUNDS = 1e-6, 1e-12, 5000
+#: Smallest eigenvalue of a pseudo-inertia matrix, tolerance, and largest number of iterations.
+FLOOR, TOLERANCE, MAX_ITERATIONS = 1e-6, 1e-12, 5000
 
 
-def physical(combination: np.ndarray, wanted: np.ndarray, start: np.ndarray) -> np.ndarray:
+def physical(combination: np.ndarray, fitted: np.ndarray, start: np.ndarray) -> np.ndarray:
     """
-    Return parameters that bodies can have, as near as may be to what was fitted.
+    Return the physical parameters nearest to a fit, shape (66,); on it where those are.
 
-    Alternating projections between the fit, combination @ x = wanted, and the bodies whose
+    Alternating projections between the fit, combination @ x = fitted, and the bodies whose
     pseudo-inertia matrices are positive definite (Wensing, Kim, Slotine 2018, IEEE RA-L 3(1),
-    eq. 8), beginning with the arm that is already there.
-
-    Parameters
-    ----------
-    combination : numpy.ndarray, shape (b, 66)
-        What the fit can tell, as combinations of the parameters.
-    wanted : numpy.ndarray, shape (b,)
-        What it says of them.
-    start : numpy.ndarray, shape (66,)
-        Ten inertial parameters a link, then six rotor inertias, to begin with.
-
-    Returns
-    -------
-    numpy.ndarray, shape (66,)
-        Parameters; on the fit itself wherever physical ones are.
+    eq. 8), from ``start`` on, shape (66,): ten inertial parameters a link, then six rotor
+    inertias. ``combination``, shape (b, 66), makes the b fitted base parameters of them.
 
     """
     q, r = np.linalg.qr(combination.T)
-    target = np.linalg.solve(r.T, wanted)
+    target = np.linalg.solve(r.T, fitted)
     x = start
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         x = x - q @ (q.T @ x - target)
         bodies = nearest_bodies(x)
-        if np.abs(bodies - x).max() <= NEAR:
+        if np.abs(bodies - x).max() <= TOLERANCE:
             break
         x = bodies
     return x
 
 
 def with_parameters(arm: ArmParameters, x: np.ndarray, name: str) -> ArmParameters:
-    """
-    Return the arm with other bodies and rotors.
-
-    Parameters
-    ----------
-    arm : ArmParameters
-        Geometry, gravity and limits.
-    x : numpy.ndarray, shape (66,)
-        Ten inertial parameters a link, then the rotor inertias.
-    name : str
-        Of the new record.
-
-    """
+    """Return the arm with other bodies and rotors: ten parameters a link, then six rotors."""
     links = x[:60].reshape(6, 10)
     mass = links[:, 0].copy()
     com = links[:, 1:4] / mass[:, None]

@@ -1,4 +1,4 @@
-"""The figures of the report as plain data: what is drawn, thinned so that the file stays small."""
+"""The figures of the report as plain data, thinned so that the file stays small."""
 
 import base64
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ class Figure(NamedTuple):
     """Identifier in the page."""
     title: str
     caption: str
-    """What to look for, in a sentence or two."""
+    """What the figure shows, in a sentence or two."""
     traces: list[dict[str, Any]]
     """Curves or bars as Plotly has them."""
     y: str
@@ -136,8 +136,8 @@ def _tool_figures(series) -> list[Figure]:
     found.append(Figure(
         'pose_error', 'Tool error', 'Distance to the wanted position and angle to the wanted '
         'orientation.',
-        [curve(t, floor(tool.distance * 1e3), 'position [mm]', COLOURS[0]),
-         curve(t, floor(tool.angle * 1e3), 'orientation [mrad]', COLOURS[1])],
+        [curve(t, magnitudes(tool.distance * 1e3), 'position [mm]', COLOURS[0]),
+         curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', COLOURS[1])],
         'error [mm, mrad]', log=True, wide=True))
     return found
 
@@ -152,16 +152,18 @@ def _error_figures(series) -> list[Figure]:
     if not np.isfinite(dynamics.continuous).any():
         return [Figure('error', 'Joint error e(t)', 'Position minus reference.', traces[::2],
                        'error [rad]', wide=True)]
-    away = [curve(t, floor(dynamics.error[:, i] - dynamics.continuous[:, i]), name, COLOURS[i])
+    distance = [curve(t, magnitudes(dynamics.error[:, i] - dynamics.continuous[:, i]), name,
+                      COLOURS[i])
             for i, name in enumerate(JOINT_NAMES)]
     found = [
         Figure('error', 'Joint error e(t) against theory', "Recorded error (line) and the "
                "solution of e'' + Kd e' + Kp e = 0 from the same start (dots).", traces,
                'error [rad]', wide=True),
         Figure('error_away', 'Distance of e(t) from the continuous solution', 'What holding the '
-               'torque and sampling the reference cost.', away, '|difference| [rad]', log=True)]
+               'torque and sampling the reference cost.', distance, '|difference| [rad]',
+               log=True)]
     if run.substeps == 1:
-        step = [curve(t[1:], floor(dynamics.error[1:, i] - dynamics.sampled[1:, i]), name,
+        step = [curve(t[1:], magnitudes(dynamics.error[1:, i] - dynamics.sampled[1:, i]), name,
                       COLOURS[i]) for i, name in enumerate(JOINT_NAMES)]
         found.append(Figure(
             'error_sampled', 'Distance of e(t) from the sampled equation', 'The loop as it is '
@@ -193,7 +195,7 @@ def _residual_figures(series) -> list[Figure]:
                        ('residual_sim', "Residual with the simulator's arm")):
         if key not in series:
             continue
-        traces = [curve(run.t[:-1], floor(series[key][:, i]), name, COLOURS[i])
+        traces = [curve(run.t[:-1], magnitudes(series[key][:, i]), name, COLOURS[i])
                   for i, name in enumerate(JOINT_NAMES)]
         found.append(Figure(key, title, 'What the equations leave unexplained, as torque: '
                             'rounding if model and plant agree.', traces, '|residual| [N m]',
@@ -215,7 +217,7 @@ def _timing_figures(series) -> list[Figure]:
                    x='latency [ms]', log=True)]
 
 
-def floor(values: np.ndarray) -> np.ndarray:
+def magnitudes(values: np.ndarray) -> np.ndarray:
     """Return magnitudes for a logarithmic axis; zero, which it cannot show, makes a gap."""
     size = np.abs(values)
     return np.where(size > 0.0, size, np.nan)

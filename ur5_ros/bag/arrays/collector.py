@@ -1,4 +1,4 @@
-"""Messages gathered into arrays: all of one layout at once, not decoded one by one."""
+"""Messages collected into arrays: all of one layout at once, not decoded one by one."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,18 +11,18 @@ from ur5_ros.cdr.codec import Definitions, decode
 from ur5_ros.cdr.layout import Layout
 from ur5_ros.errors import BagError
 
-#: Layouts of one topic that are read the fast way; messages of further ones are decoded singly.
+#: Layouts of one topic that are read as arrays; messages of further ones are decoded one by one.
 MAX_LAYOUTS = 32
 
 _NANOSECONDS = 1_000_000_000
 
 
-def gather(buffer: bytes | bytearray, offsets: np.ndarray, length: int) -> np.ndarray:
+def cut_out(buffer: bytes | bytearray, offsets: np.ndarray, length: int) -> np.ndarray:
     """Return pieces of equal length out of a buffer, shape (len(offsets), length), uint8."""
     if length == 0 or len(offsets) == 0:
         return np.empty((len(offsets), length), np.uint8)
-    every = np.ndarray((len(buffer) - length + 1,), f'V{length}', buffer, strides=(1,))
-    return every[offsets].view(np.uint8).reshape(-1, length)
+    windows = np.ndarray((len(buffer) - length + 1,), f'V{length}', buffer, strides=(1,))
+    return windows[offsets].view(np.uint8).reshape(-1, length)
 
 
 class RawCollector:
@@ -34,12 +34,12 @@ class RawCollector:
         self._data: list[np.ndarray] = []
 
     def add(self, buffer: bytes | bytearray, found: MessageIndex) -> None:
-        """Take over messages that lie in a buffer."""
+        """Add the messages of a buffer."""
         self._times.append(np.stack([found.log_times, found.publish_times]))
         self._lengths.append(found.lengths)
         lengths = np.unique(found.lengths)
         if len(lengths) == 1:
-            self._data.append(gather(buffer, found.offsets, int(lengths[0])).reshape(-1))
+            self._data.append(cut_out(buffer, found.offsets, int(lengths[0])).reshape(-1))
         else:
             self._data.append(np.frombuffer(b''.join(
                 buffer[begin:begin + length] for begin, length
@@ -55,22 +55,11 @@ class RawCollector:
 
 class Collector:
     """
-    Collects the numbers of one topic.
+    Collects the numbers of one topic, of a type of KINDS.
 
-    Parameters
-    ----------
-    topic : str
-        Its name, for messages.
-    type_name : str
-        A type of KINDS.
-    definitions : mapping
-        Of that type.
-    names : sequence of str, optional
-        Columns wanted, in this order; default: those of the first message.
-    report : callable
-        Takes a sentence about messages that could not be read.
-    expected : int
-        Number of messages to make room for.
+    ``names`` are the columns in their order, by default those of the first message; ``report``
+    takes a sentence about messages that could not be read; ``expected`` is the number of messages
+    to make room for.
 
     """
 
@@ -91,12 +80,12 @@ class Collector:
         self._first_unread = ''
 
     def _name(self, names: Sequence[str]) -> None:
-        """Settle which columns there are."""
+        """Set the names of the columns."""
         self._names = tuple(names)
         self._table.widen(len(self._names))
 
     def add(self, buffer: bytes | bytearray, found: MessageIndex) -> None:
-        """Take over messages that lie in a buffer."""
+        """Add the messages of a buffer."""
         self._table.open(found.log_times, found.publish_times)
         left = np.ones(len(found.offsets), bool)
         for known in self._layouts:
@@ -116,7 +105,7 @@ class Collector:
         """Read all messages of one layout at once."""
         layout, order = known
         chosen = np.flatnonzero(left & (found.lengths == layout.size))
-        data = gather(buffer, found.offsets[chosen], layout.size)
+        data = cut_out(buffer, found.offsets[chosen], layout.size)
         fits = layout.fits(data)
         if not fits.all():
             chosen, data = chosen[fits], data[fits]

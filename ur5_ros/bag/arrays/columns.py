@@ -10,14 +10,14 @@ from ur5_ros.cdr.layout import Layout
 
 
 class RawColumns(NamedTuple):
-    """The messages of one topic as they lie in the bag."""
+    """The messages of one topic as bytes, as the bag holds them."""
 
     log_time: np.ndarray
     """[ns], int64, shape (n,)."""
     publish_time: np.ndarray
     """[ns], int64, shape (n,)."""
     data: np.ndarray
-    """CDR bytes of all messages, one behind the other, uint8."""
+    """CDR bytes of all messages, one after the other, uint8."""
     offsets: np.ndarray
     """Message i is ``data[offsets[i]:offsets[i + 1]]``; int64, shape (n + 1,)."""
 
@@ -26,7 +26,7 @@ class Columns(NamedTuple):
     """The numbers of one topic."""
 
     names: tuple[str, ...]
-    """What the columns of each field are: joint names, or the coordinates of a pose."""
+    """Names of the columns of each field: joint names, or the coordinates of a pose."""
     stamp: np.ndarray
     """Header stamps [ns], int64, shape (n,)."""
     log_time: np.ndarray
@@ -47,7 +47,7 @@ class Columns(NamedTuple):
             raise AttributeError(f'no field {name!r}; there are {known}') from None
 
 
-class Kind(NamedTuple):
+class MessageKind(NamedTuple):
     """How messages of one type become columns."""
 
     fields: tuple[str, ...]
@@ -73,14 +73,14 @@ POSE_NAMES = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
 
 #: The types that become columns.
 KINDS = {
-    'sensor_msgs/msg/JointState': Kind(
+    'sensor_msgs/msg/JointState': MessageKind(
         ('position', 'velocity', 'effort'), lambda message: message['name'],
         lambda message: message,
         lambda names, frame, fields: FixedJointState(names, frame, fields).layout),
-    'trajectory_msgs/msg/JointTrajectory': Kind(
+    'trajectory_msgs/msg/JointTrajectory': MessageKind(
         FixedTrajectoryPoint.FIELDS, lambda message: message['joint_names'], _point,
         lambda names, frame, fields: FixedTrajectoryPoint(names, frame, fields).layout),
-    'geometry_msgs/msg/PoseStamped': Kind(
+    'geometry_msgs/msg/PoseStamped': MessageKind(
         ('pose',), lambda message: POSE_NAMES, _pose,
         lambda names, frame, fields: FixedPose(frame).layout),
 }

@@ -9,12 +9,7 @@ class Table:
     """
     Times and fields of messages, filled in any order within a batch.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names of the fields.
-    expected : int
-        Rows to make room for at once; the room costs memory only where it is written to.
+    Room for ``expected`` rows is made at once; it costs memory only where it is written to.
 
     """
 
@@ -22,22 +17,22 @@ class Table:
         self.skipped = 0
         """Rows that were opened and not filled."""
         self._count = 0
-        self._room = max(expected, 1)
+        self._capacity = max(expected, 1)
         self.stamp, self.log_time, self.publish_time = (
-            np.empty(self._room, np.int64) for _ in range(3))
-        self.fields = {name: np.empty((self._room, 0)) for name in names}
+            np.empty(self._capacity, np.int64) for _ in range(3))
+        self.fields = {name: np.empty((self._capacity, 0)) for name in names}
         self._filled = np.empty(0, bool)
 
     def widen(self, width: int) -> None:
         """Set the number of columns of each field; called once, before the first row is filled."""
-        self.fields = {name: np.empty((self._room, width)) for name in self.fields}
+        self.fields = {name: np.empty((self._capacity, width)) for name in self.fields}
 
     def open(self, log_times: np.ndarray, publish_times: np.ndarray) -> None:
         """Start a batch of rows that are to be filled."""
         self._filled = np.zeros(len(log_times), bool)
         end = self._count + len(log_times)
-        if end > self._room:
-            self._resize(max(end, 2 * self._room))
+        if end > self._capacity:
+            self._resize(max(end, 2 * self._capacity))
         self.log_time[self._count:end] = log_times
         self.publish_time[self._count:end] = publish_times
 
@@ -62,21 +57,21 @@ class Table:
         self.skipped += number - kept
 
     def trimmed(self) -> 'Table':
-        """Return the table without the room that was not needed."""
-        if self._count < self._room:
+        """Return the table without unused capacity."""
+        if self._count < self._capacity:
             self._resize(self._count)
         return self
 
-    def _resize(self, room: int) -> None:
-        self._room = room
+    def _resize(self, capacity: int) -> None:
+        self._capacity = capacity
         self.stamp, self.log_time, self.publish_time = (
-            _resized(column, room, self._count)
+            _resized(column, capacity, self._count)
             for column in (self.stamp, self.log_time, self.publish_time))
         for name, column in self.fields.items():
-            self.fields[name] = _resized(column, room, self._count)
+            self.fields[name] = _resized(column, capacity, self._count)
 
 
-def _resized(column: np.ndarray, room: int, count: int) -> np.ndarray:
-    new = np.empty((room, *column.shape[1:]), column.dtype)
+def _resized(column: np.ndarray, capacity: int, count: int) -> np.ndarray:
+    new = np.empty((capacity, *column.shape[1:]), column.dtype)
     new[:count] = column[:count]
     return new

@@ -1,4 +1,4 @@
-"""Schemas and channels of an MCAP file: what its messages are, said once and not contradicted."""
+"""Schemas and channels of an MCAP file: the types of its messages."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +14,7 @@ from ur5_ros.errors import BagError
 
 
 class TopicInfo(NamedTuple):
-    """What a file says of one of its channels."""
+    """One channel of a file."""
 
     name: str
     type: str
@@ -60,12 +60,7 @@ class FileDefinitions:
     """
     The schemas and channels that a file has defined so far.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file, for messages.
-    report : callable
-        Takes a sentence about each contradiction; the first definition stands.
+    ``report`` takes a sentence about each contradiction; the first definition is kept.
 
     """
 
@@ -78,15 +73,7 @@ class FileDefinitions:
         self._stale = True
 
     def add(self, opcode: int, content: bytes) -> None:
-        """
-        Take over a schema or channel record.
-
-        Raises
-        ------
-        BagError
-            If the record is damaged.
-
-        """
+        """Add a schema or channel record; BagError if it is damaged."""
         self._stale = True
         if opcode == Opcode.SCHEMA:
             schema = parse_record(Schema, content, str(self._path))
@@ -112,7 +99,7 @@ class FileDefinitions:
         return self._topics
 
     def forget(self) -> None:
-        """Drop all that was defined: it came out of a damaged summary."""
+        """Drop all definitions: they came out of a damaged summary."""
         self.schemas.clear()
         self.channels.clear()
         self._stale = True

@@ -34,7 +34,7 @@ _INDEX_HEAD = Struct('<BQHI')
 
 
 class PackedChunk(NamedTuple):
-    """A chunk as it goes into the file, and what the chunk index says of it."""
+    """A chunk as it is written, and the content of its chunk index."""
 
     record: bytes
     indexes: dict[int, bytes]

@@ -1,4 +1,4 @@
-"""The data section of an MCAP file: proved by its CRC, or read around what is damaged."""
+"""The data section of an MCAP file: checked by its CRC, or read around damage."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,21 +11,12 @@ from ur5_ros.errors import BagError
 Report = Callable[[str], None]
 
 
-def proof_of_data(path: Path, summary: Summary | None,
+def check_data(path: Path, summary: Summary | None,
                   report: Report) -> tuple[bool | None, Buffer]:
     """
-    Return whether a CRC over all data proves or refutes them, None where none was kept.
+    Return whether all data have their CRC, None where none was kept, and the first bytes read.
 
-    The first bytes of the file, which this has to read, come along.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    summary : Summary or None
-        Its summary, None for an unfinished file.
-    report : callable
-        Takes a sentence about data that are refuted.
+    ``summary`` is None for an unfinished file; ``report`` takes a sentence about a mismatch.
 
     """
     if summary is None:
@@ -49,20 +40,9 @@ def data_records(path: Path, size: int, summary: Summary | None, damaged: bool,
     """
     Yield (opcode, whole record) of the data: all of them, or past damage the indexed chunks.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    size : int
-        Its size [bytes].
-    summary : Summary or None
-        Its summary, None for an unfinished file: then reading ends at the first damage.
-    damaged : bool
-        The data are known to be damaged: lengths in them are not to be followed.
-    report : callable
-        Takes a sentence about each thing found wrong.
-    start : bytes or memoryview
-        The first bytes of the file, if they have been read already.
+    ``summary`` is None for an unfinished file: then reading ends at the first damage. In data
+    known to be ``damaged``, lengths are not followed. ``start`` are the first bytes of the file,
+    if they have been read already.
 
     """
     at = len(MAGIC)

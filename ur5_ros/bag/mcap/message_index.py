@@ -1,4 +1,4 @@
-"""Where the messages of a chunk lie: its records walked, in Python or, for much data, compiled."""
+"""Offsets of the messages of a chunk, indexed in Python or, for much data, by compiled code."""
 
 from collections.abc import Callable
 from functools import cache
@@ -10,12 +10,12 @@ from ur5_ros.bag.mcap.records import FRAME, MESSAGE, MESSAGE_EXTRA, Opcode
 
 
 class MessageIndex(NamedTuple):
-    """The records of a buffer of whole records."""
+    """The messages and definitions in a buffer of whole records."""
 
     channels: np.ndarray
     """Channel of each message, int64."""
     offsets: np.ndarray
-    """Where the data of each message start, int64."""
+    """Offset of the data of each message, int64."""
     lengths: np.ndarray
     """Bytes of data of each message, int64."""
     log_times: np.ndarray
@@ -31,10 +31,8 @@ Indexer = Callable[[bytes], MessageIndex | None]
 
 
 def index_messages(content: bytes | bytearray) -> MessageIndex | None:
-    """
-    Return where the messages in the content of a chunk lie, None if it is no row of records.
-
-    Only messages, schemas and channels may stand in a chunk.
+    """Return the index of a chunk's content, None if it is not whole message and definition
+    records.
     """
     rows: list[tuple[int, int, int, int, int]] = []
     tables: list[np.ndarray] = []
@@ -77,7 +75,7 @@ def _from_table(table: np.ndarray, definitions: list[tuple[int, int, int]]) -> M
 
 @cache
 def _compiled() -> Callable:
-    """Return the compiled walk; numba is loaded and run only for large files."""
+    """Return the compiled indexer; numba is loaded and run only for large files."""
     from numba import njit
 
     def number(buffer, at, size):
@@ -113,7 +111,7 @@ def _compiled() -> Callable:
     try:
         number = njit(cache=True, nogil=True)(number)
         return njit(cache=True, nogil=True)(steps)
-    except RuntimeError:  # no folder in which numba could keep what it compiled
+    except RuntimeError:  # no folder for numba's cache
         number = njit(nogil=True)(number)
         return njit(nogil=True)(steps)
 
@@ -121,13 +119,13 @@ def _compiled() -> Callable:
 class CompiledMessageIndex:
     """:func:`index_messages` compiled: some fifty times faster, half a second to compile."""
 
-    #: More schemas and channels than this in one buffer are left to Python.
-    DEFINITIONS = 1000
+    #: More schemas and channels than this in one buffer are indexed in Python.
+    MAX_DEFINITIONS = 1000
 
     def __init__(self) -> None:
         self._steps = _compiled()
         self._table = np.empty((5, 0), np.int64)
-        self._definitions = np.empty((self.DEFINITIONS, 3), np.int64)
+        self._definitions = np.empty((self.MAX_DEFINITIONS, 3), np.int64)
 
     def __call__(self, content: bytes | bytearray) -> MessageIndex | None:
         """Return what :func:`index_messages` returns."""
@@ -137,7 +135,7 @@ class CompiledMessageIndex:
         messages, found = self._steps(buffer, self._table, self._definitions)
         if messages < 0:
             return None
-        if found > self.DEFINITIONS:
+        if found > self.MAX_DEFINITIONS:
             return index_messages(content)
         definitions = [(opcode, begin, end) for opcode, begin, end
                        in self._definitions[:found].tolist()]

@@ -1,4 +1,4 @@
-"""One MCAP file, read front to back within bounds; damage is named and survived."""
+"""One MCAP file, read from front to back within bounds; damage is reported and passed over."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,13 +9,13 @@ from mcap.records import Header, Metadata
 
 from ur5_ros.bag.mcap.channels import FileDefinitions, TopicInfo
 from ur5_ros.bag.mcap.chunk import open_chunk
-from ur5_ros.bag.mcap.data_section import data_records, proof_of_data
+from ur5_ros.bag.mcap.data_section import check_data, data_records
 from ur5_ros.bag.mcap.message_index import Indexer, MessageIndex, index_messages
 from ur5_ros.bag.mcap.records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
 from ur5_ros.bag.mcap.summary import Summary, read_summary
 from ur5_ros.errors import BagError
 
-#: Chunks are walked together up to this size [bytes].
+#: Chunks are indexed together up to this size [bytes].
 BATCH_SIZE = 1 << 20
 
 #: Largest ratio of decompressed to stored size of a whole file, beyond the first ALLOWANCE bytes.
@@ -25,14 +25,14 @@ ALLOWANCE = 4 << 20
 
 
 class Batch(NamedTuple):
-    """A piece of a source: a buffer, and where the messages lie in it."""
+    """A buffer of records, and the index of its messages."""
 
     buffer: bytes | bytearray
     messages: MessageIndex
 
 
 class MessageSource(Protocol):
-    """Where the messages of a bag come from: an MCAP file, or a folder read by others."""
+    """A storage of messages: an MCAP file, or a sqlite3 database."""
 
     path: Path
     size: int
@@ -41,11 +41,11 @@ class MessageSource(Protocol):
 
     @property
     def topics(self) -> dict[int, TopicInfo]:
-        """What is known of each channel."""
+        """The channels by number."""
 
     @property
     def expected(self) -> dict[int, int]:
-        """Messages of each channel, as the source itself claims."""
+        """Messages of each channel, as the storage itself states."""
 
     def batches(self, index: Indexer = index_messages) -> Iterator[Batch]:
         """Yield all messages."""
@@ -55,17 +55,8 @@ class McapReader:
     """
     An MCAP file as a source of messages.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    report : callable
-        Takes a sentence about each thing found wrong; reading goes on where that is possible.
-
-    Raises
-    ------
-    BagError
-        If the file cannot be opened or is no MCAP file.
+    ``report`` takes a sentence about each defect; reading goes on where that is possible.
+    BagError if the file cannot be opened or is no MCAP file.
 
     """
 
@@ -94,7 +85,7 @@ class McapReader:
             report(f'{path}: holds nothing; its writer ended before the first record')
 
     def _survey(self, file: BinaryIO) -> None:
-        """Learn topics and metadata: from the summary, or by reading all where there is none."""
+        """Read topics and metadata: from the summary, or by a whole pass where there is none."""
         try:
             self.summary = read_summary(file, self.path, self.size, self._definitions)
         except BagError as problem:
@@ -111,7 +102,7 @@ class McapReader:
 
     @property
     def topics(self) -> dict[int, TopicInfo]:
-        """What is known of each channel."""
+        """The channels by number."""
         return self._definitions.topics()
 
     @property
@@ -121,15 +112,7 @@ class McapReader:
         return stated.channel_message_counts if stated else {}
 
     def batches(self, index: Indexer = index_messages) -> Iterator[Batch]:
-        """
-        Yield all messages of the file, in its order; afterwards ``counts`` is right.
-
-        Parameters
-        ----------
-        index : callable
-            :func:`.index_messages.index_messages`, or a compiled one.
-
-        """
+        """Yield all messages of the file, in its order; afterwards ``counts`` is right."""
         self.counts = {}
         for contents in self._gathered():
             joined = b''.join(contents) if len(contents) > 1 else contents[0]
@@ -182,13 +165,13 @@ class McapReader:
             yield gathered
 
     def _contents(self) -> Iterator[bytes]:
-        """Yield rows of whole message and definition records: chunks, and what stands outside."""
+        """Yield buffers of message and definition records: chunks, and those outside of them."""
         loose = bytearray()
         chunked = stray = False
-        proof, start = proof_of_data(self.path, self.summary, self.report)
+        sound, start = check_data(self.path, self.summary, self.report)
         allowed = ALLOWANCE + MAX_RATIO * self.size
         for opcode, record in data_records(
-                self.path, self.size, self.summary, proof is False, self.report, start):
+                self.path, self.size, self.summary, sound is False, self.report, start):
             if opcode == Opcode.MESSAGE and chunked:
                 stray = True
             elif opcode == Opcode.MESSAGE:
@@ -200,7 +183,7 @@ class McapReader:
                 chunked, stray, loose = True, stray or bool(loose), bytearray()
                 try:
                     content = open_chunk(record[FRAME.size:], str(self.path),
-                                         min(allowed, MAX_RECORD), check=proof is not True)
+                                         min(allowed, MAX_RECORD), check=sound is not True)
                 except BagError as problem:
                     self.report(f'{problem}; it was left out')
                     continue
@@ -220,7 +203,7 @@ class McapReader:
             self.report(str(problem))
 
     def _other(self, opcode: int, content: bytes) -> None:
-        """Take over or check a record that is neither a message nor a chunk."""
+        """Add or check a record that is neither a message nor a chunk."""
         source = str(self.path)
         try:
             if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):

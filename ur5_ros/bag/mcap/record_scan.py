@@ -1,4 +1,4 @@
-"""The records of an MCAP file, one after the other, none of them believed about its length."""
+"""The records of an MCAP file, one after the other; each length is checked before it is used."""
 
 import zlib
 from collections.abc import Callable, Iterator
@@ -35,16 +35,8 @@ def scan(path: Path, size: int, report: Callable[[str], None],
     """
     Yield (opcode, whole record) of the data section, its end included, up to the first damage.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    size : int
-        Its size when it was opened [bytes]; what was appended later is not read.
-    report : callable
-        Takes a sentence about what ends the reading before the end of the data.
-    start : bytes or memoryview
-        The first bytes of the file, if they have been read already.
+    ``size`` is that of the file when it was opened [bytes]: what was appended later is not read.
+    ``start`` are the first bytes, if they have been read already.
 
     """
     try:
@@ -80,19 +72,7 @@ def scan(path: Path, size: int, report: Callable[[str], None],
 
 def read_chunks(path: Path, chunks: list[tuple[int, int]],
                 report: Callable[[str], None]) -> Iterator[tuple[int, memoryview]]:
-    """
-    Yield (opcode, whole record) of chunks whose places are known from an index.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    chunks : list of (int, int)
-        Offset and length of each record [bytes].
-    report : callable
-        Takes a sentence about each that is not there.
-
-    """
+    """Yield (opcode, whole record) of chunks at known (offset, length) [bytes]."""
     try:
         with open(path, 'rb') as file:
             for offset, length in chunks:
@@ -108,19 +88,10 @@ def read_chunks(path: Path, chunks: list[tuple[int, int]],
 
 def data_crc(path: Path, end: int) -> tuple[int, int, Buffer] | None:
     """
-    Return the CRC that a file states for its data section and the one that it has.
+    Return the CRC that a file states for its data, the one found, and the first bytes read.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    end : int
-        Where the summary starts, right behind the record that ends the data.
-
-    Returns
-    -------
-    (int, int, bytes or memoryview), or None
-        CRC stated, CRC found, first bytes of the file; None where the data do not end there.
+    ``end`` is the offset of the summary, right after the record that ends the data; None where
+    the data do not end there.
 
     """
     with open(path, 'rb') as file:

@@ -1,4 +1,4 @@
-"""Records of the MCAP format (mcap.dev/spec): limits, framing, and what a writer emits of them."""
+"""Records of the MCAP format (mcap.dev/spec): limits, framing, parsing."""
 
 import zlib
 from collections.abc import Mapping
@@ -57,10 +57,7 @@ def parse_record(kind: Any, content: bytes, source: str) -> Any:
     """
     Return a record of the mcap package from its content (without opcode and length).
 
-    Raises
-    ------
-    BagError
-        If the content is too short or too long, or holds text that is not UTF-8.
+    BagError if the content is too short or too long, or holds text that is not UTF-8.
 
     """
     stream = _ExactStream(BytesIO(content))
@@ -73,7 +70,7 @@ def parse_record(kind: Any, content: bytes, source: str) -> Any:
     return record
 
 
-#: Key of the checksum in our own metadata records.
+#: Key of the checksum in this package's metadata records.
 CHECKSUM = 'ur5_ros/crc32'
 
 

@@ -15,10 +15,10 @@ _TAIL = FRAME.size + _FOOTER_CONTENT + len(MAGIC)
 
 
 class Summary(NamedTuple):
-    """What the summary of a file says."""
+    """The summary of a file."""
 
     start: int
-    """Where it starts; the record of the end of data stands right before."""
+    """Its offset; the record of the end of data is right before."""
     statistics: Statistics | None
     metadata: list[tuple[str, dict[str, str]]]
     """Metadata records: (name, content)."""
@@ -26,15 +26,7 @@ class Summary(NamedTuple):
     """Chunk index records, unread: only a damaged file needs them."""
 
     def chunks(self, path: Path) -> list[tuple[int, int]]:
-        """
-        Return where each chunk stands: (offset, length) of the record, none over another.
-
-        Raises
-        ------
-        BagError
-            If an index record is damaged.
-
-        """
+        """Return (offset, length) of each chunk, without overlaps; BagError if damaged."""
         found, end = [], len(MAGIC)
         for content in self.indexes:
             index = parse_record(ChunkIndex, content, str(path))
@@ -47,23 +39,9 @@ class Summary(NamedTuple):
 def read_summary(file: BinaryIO, path: Path, size: int,
                  definitions: FileDefinitions) -> Summary | None:
     """
-    Return the summary of a file, None if it has none: its writer did not come to close it.
+    Return the summary of a file, None if its writer did not close it; BagError for a damaged one.
 
-    Parameters
-    ----------
-    file : binary file
-        Open for reading.
-    path : pathlib.Path
-        Its name, for messages.
-    size : int
-        Its size [bytes].
-    definitions : FileDefinitions
-        Takes over the schemas and channels.
-
-    Raises
-    ------
-    BagError
-        If there is a summary and it is damaged.
+    ``definitions`` receives the schemas and channels.
 
     """
     if size < len(MAGIC) + _TAIL:

@@ -31,12 +31,7 @@ class McapWriter:
     An MCAP file of profile ``ros2``, as rosbag2 stores it.
 
     Every method that writes raises OSError where the disk does; :meth:`abandon` then leaves a
-    file that ends with the last whole record.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file; it must not exist.
+    file that ends with the last whole record. The file must not exist.
 
     """
 
@@ -49,7 +44,7 @@ class McapWriter:
         """Smallest log time [ns], None while there is no message."""
         self.end = 0
         self.removed = False
-        """Whether somebody has deleted the file."""
+        """Whether the file was deleted while it was open."""
         self._crc = 0
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
@@ -72,11 +67,7 @@ class McapWriter:
         self._crc = zlib.crc32(data, self._crc)
 
     def define(self, schema: Schema, channel: Channel) -> None:
-        """
-        Announce a topic.
-
-        Its records stand in the file itself and, under a CRC, in the next chunk.
-        """
+        """Announce a topic: in the file itself and, under a CRC, in the next chunk."""
         records: list[McapRecord] = [channel]
         if schema.id not in self._schemas and schema.id:
             self._schemas[schema.id] = schema
@@ -87,7 +78,7 @@ class McapWriter:
         self._write(data)
         self._new += data
 
-    def knows(self, channel_id: int) -> bool:
+    def defines(self, channel_id: int) -> bool:
         """Return whether a channel has been announced."""
         return channel_id in self._channels
 
@@ -163,7 +154,7 @@ class McapWriter:
             channel_message_counts=dict(self.counts))
 
     def abandon(self) -> None:
-        """Cut off what was written in part and close; the file stays unfinished."""
+        """Cut off a record that was written in part and close; the file stays unfinished."""
         try:
             os.ftruncate(self._file, self.size)
         finally:
