@@ -15,6 +15,7 @@ from two_nodes_recorded import per_second, run
 
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.fixed_messages import FixedJointState, FixedTrajectoryPoint, encode_stamp
+from ur5_ros.config.topics import HOT
 from ur5_ros.control.computed_torque import computed_torque
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.gains import gains_from
@@ -24,7 +25,7 @@ from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.nodes.control.topics import PARTS
 from ur5_ros.nodes.ros.messages import EffortReader, StateReader
 from ur5_ros.nodes.ros.recording import Recording
-from ur5_ros.nodes.ros.topics import HOT
+from ur5_ros.nodes.ros.topics import ros_profile
 from ur5_ros.nodes.ros.wait_set_loop import WaitSetLoop
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
@@ -115,7 +116,7 @@ def main() -> None:
     node = rclpy.create_node('benchmark')
     publisher = node.create_publisher(JointState, '/benchmark', QOS)
     loop = WaitSetLoop(node)
-    loop.subscribe(JointState, '/benchmark', HOT)
+    loop.subscribe(JointState, '/benchmark', ros_profile(HOT))
     child = sink.start('/benchmark')
     found = []
     try:

@@ -6,6 +6,7 @@ from python_page import page as python
 from typer.main import get_command
 
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS, Parameter
+from ur5_ros.config.topics import CONTROL_TOPICS, SIM_TOPICS, Topic
 
 HERE = Path(__file__).resolve().parent
 
@@ -45,6 +46,29 @@ def _row(parameter: Parameter) -> str:
     return f'| `{parameter.name}` | `{shown}` | {span} | {live} | {parameter.description} |'
 
 
+def topics() -> str:
+    """Return the page of topics: the one that is there, with the tables as they are declared."""
+    text = (HERE / 'reference/topics.md').read_text(encoding='utf-8')
+    for node, declared in (('sim', SIM_TOPICS), ('control', CONTROL_TOPICS)):
+        lines = ['| | name | type | unit | QoS | notes |', '|---|---|---|---|---|---|']
+        lines += [_topic_row(topic) for topic in declared]
+        begin, end = f'<!-- topics of {node}_node -->\n\n', '\n\n<!-- end -->'
+        before, _, rest = text.partition(begin)
+        text = before + begin + '\n'.join(lines) + end + rest.partition(end)[2]
+    return text
+
+
+def _topic_row(topic: Topic) -> str:
+    name = topic.name if topic.name[0] in '~/' else '/' + topic.name
+    qos = topic.qos
+    words = [qos.reliability.replace('_', ' ')]
+    words += ['latched'] if qos.durability == 'transient_local' else []
+    words.append(f'keep last {qos.depth}')
+    rest = f'{topic.unit} | {", ".join(words)} | {topic.notes}'
+    direction, kind = 'out' if topic.published else 'in', topic.type.replace('/msg', '')
+    return (f'| {direction} | `{name}` | {kind} | {rest} |')
+
+
 def cli() -> str:
     """Return the page of the command ``ur5``."""
     from ur5_ros.cli.app import app
@@ -77,7 +101,7 @@ def _option(parameter) -> str:
     return f'| `{name.replace("|", "/")}` | {text} | {shown} |'
 
 
-PAGES = {'parameters.md': parameters, 'cli.md': cli, 'python.md': python}
+PAGES = {'parameters.md': parameters, 'topics.md': topics, 'cli.md': cli, 'python.md': python}
 
 
 def main() -> None:

@@ -10,8 +10,9 @@ from ros_processes import ros_domain
 from rosgraph_msgs.msg import Clock
 
 from ur5_ros.cdr.fixed_messages import encode_clock
+from ur5_ros.config.topics import QUEUED
 from ur5_ros.launcher.node_processes import last_core, shared_core
-from ur5_ros.nodes.ros.topics import HEARD
+from ur5_ros.nodes.ros.topics import ros_profile
 from ur5_ros.nodes.ros.wait_set_loop import LOOK, WaitSetLoop
 
 
@@ -31,10 +32,10 @@ def nodes(tmp_path):
 
 def test_an_onlooker_who_comes_late_misses_nothing_once_it_is_seen(nodes):
     speaker, onlooker = nodes
-    publish = WaitSetLoop(speaker).lazy_publisher(Clock, '/told', HEARD)
+    publish = WaitSetLoop(speaker).lazy_publisher(Clock, '/told', ros_profile(QUEUED))
     publish(encode_clock(1))  # to nobody
     loop = WaitSetLoop(onlooker)
-    loop.subscribe(Clock, '/told', HEARD)
+    loop.subscribe(Clock, '/told', ros_profile(QUEUED))
     limit = time.monotonic() + 30.0
     while not loop.take():  # until the two have found each other
         publish(encode_clock(2))

@@ -3,7 +3,7 @@
 import time
 from collections import defaultdict
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +21,12 @@ from ur5_ros.cdr.fixed_messages import (
     encode_string,
 )
 from ur5_ros.config import arm_text
+from ur5_ros.config.topics import (
+    CONTROL_NODE,
+    CONTROL_TOPICS,
+    SIM_NODE,
+    SIM_TOPICS,
+)
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.rotations import position_and_quaternion
@@ -28,50 +34,9 @@ from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
 from ur5_ros.sim.events import Event
 from ur5_ros.sim.urdf import urdf_text
 
-
-class _Topic(NamedTuple):
-    name: str
-    type: str
-    reliability: str = 'reliable'
-    durability: str = 'volatile'
-    depth: int = 1
-
-
-_JOINTS, _STATUS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
-_TEXT, _POSE = 'std_msgs/msg/String', 'geometry_msgs/msg/PoseStamped'
-_TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
-_KEPT = 'transient_local'
+_NODES = {'sim': SIM_NODE, 'control': CONTROL_NODE}
+_TOPICS = {'sim': SIM_TOPICS, 'control': CONTROL_TOPICS}
 _TOTAL, _FEEDBACK = Torque._fields.index('total'), Torque._fields.index('feedback')
-
-_SIM = {
-    'joint_states': _Topic('/joint_states', _JOINTS),
-    'clock': _Topic('/clock', 'rosgraph_msgs/msg/Clock', 'best_effort'),
-    'ground_truth': _Topic('/ur5_sim/ground_truth', _JOINTS),
-    'events': _Topic('/ur5_sim/events', _STATUS, depth=100),
-    'diagnostics': _Topic('/diagnostics', _STATUS),
-    'run': _Topic('/ur5_sim/run', _TEXT, durability=_KEPT),
-    'robot_description': _Topic('/robot_description', _TEXT, durability=_KEPT),
-    'joint_command': _Topic('/joint_command', _JOINTS, 'best_effort', depth=10),
-    'forward_command': _Topic('/forward_effort_controller/commands',
-                              'std_msgs/msg/Float64MultiArray', depth=10),
-    'external_wrench': _Topic('/ur5_sim/external_wrench', 'geometry_msgs/msg/WrenchStamped',
-                              depth=10),
-}
-_CONTROL = {
-    'joint_command': _Topic('/joint_command', _JOINTS),
-    'reference': _Topic('/ur5_control/reference', _TRAJECTORY),
-    'torque_parts': _Topic('/ur5_control/torque_parts', _JOINTS),
-    'error': _Topic('/ur5_control/error', _JOINTS),
-    'tool_pose': _Topic('/ur5_control/tool_pose', _POSE),
-    'reference_pose': _Topic('/ur5_control/reference_pose', _POSE),
-    'diagnostics': _Topic('/diagnostics', _STATUS),
-    'target_joints': _Topic('/ur5_control/target_joints', _JOINTS, depth=10),
-    'target_pose': _Topic('/ur5_control/target_pose', _POSE, depth=10),
-    'joint_trajectory': _Topic('/ur5_control/joint_trajectory', _TRAJECTORY, depth=10),
-    'path': _Topic('/ur5_control/path', 'nav_msgs/msg/Path', depth=10),
-    'joint_states': _Topic('/joint_states', _JOINTS, 'best_effort', depth=10),
-    'run': _Topic('/ur5_sim/run', _TEXT, durability=_KEPT),
-}
 
 
 def record(run: LoopRun, folder: Path) -> None:
@@ -125,9 +90,9 @@ class _Bags:
         rate = plan.control['monitor_rate']
         self._monitor_period, self._monitored = round(1e9 / rate) if rate else 0, -1
         name = folder.name
-        self._sim = _Bag('sim', name, folder, plan.sim, sim_arm.name, _SIM, self._state,
+        self._sim = _Bag('sim', name, folder, plan.sim, sim_arm.name, self._state,
                          self._command)
-        self._control = _Bag('control', name, folder, plan.control, self._arm.name, _CONTROL,
+        self._control = _Bag('control', name, folder, plan.control, self._arm.name,
                              self._state, self._command)
         self._sim.write('run', encode_string(name))
         self._control.write('run', encode_string(name))
@@ -177,17 +142,16 @@ class _Bag:
     """One side's bag, its topics by role."""
 
     def __init__(self, node: str, run: str, folder: Path, parameters: dict[str, Any],
-                 arm_name: str, topics: dict[str, _Topic], state: FixedJointState,
-                 command: FixedJointState) -> None:
+                 arm_name: str, state: FixedJointState, command: FixedJointState) -> None:
         self._run = run
+        topics = [(topic, topic.absolute(_NODES[node])) for topic in _TOPICS[node]]
         self._hashes = {'joint_states': PayloadHash(state), 'joint_command': PayloadHash(command)}
         self._writer = BagWriter(folder / node, describe(
             node, run, arm_name, arm_text(parameters['arm']), parameters,
-            {role: topic.name for role, topic in topics.items()}, fingerprint()), blocking=True)
+            {topic.role: name for topic, name in topics}, fingerprint()), blocking=True)
         self._ids = {
-            role: self._writer.topic(topic.name, topic.type, qos_profile(
-                reliability=topic.reliability, durability=topic.durability, depth=topic.depth))
-            for role, topic in topics.items()}
+            topic.role: self._writer.topic(name, topic.type, qos_profile(**topic.qos._asdict()))
+            for topic, name in topics}
         self._offset = time.time_ns() - time.monotonic_ns()  # the wall clock may jump
 
     def write(self, role: str, data: bytes) -> None:

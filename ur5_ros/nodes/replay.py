@@ -1,6 +1,5 @@
 """A recording onto its topics: ``ur5 replay``."""
 
-import importlib
 import time
 from collections.abc import Callable, Sequence
 
@@ -12,6 +11,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from ur5_ros.bag.playback import Playback
 from ur5_ros.errors import InputError
+from ur5_ros.nodes.ros.messages import message_class
 
 #: Wall-clock time that subscribers get to find the topics before the first message [s].
 DISCOVERY = 2.0
@@ -80,9 +80,8 @@ def _once(playback: Playback, publish: Sequence[Callable[[bytes], None]], rate: 
 
 
 def _publisher(node: Node, topic: str, kind: str) -> Publisher:
-    package, _, name = kind.split('/')
     try:
-        message_type = getattr(importlib.import_module(f'{package}.msg'), name)
+        message_type = message_class(kind)
     except (ImportError, AttributeError):
         raise InputError(f'message type {kind} of topic {topic} is not installed; leave the topic '
                          'out with --topics') from None

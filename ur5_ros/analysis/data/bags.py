@@ -15,19 +15,14 @@ from ur5_ros.bag.run_folders import bags_of_run, is_bag
 from ur5_ros.cdr.codec import decode
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, parse_arm
 from ur5_ros.config.parameters import Parameter
+from ur5_ros.config.topics import CONTROL_TOPICS, ROBOT_TOPICS, SIM_TOPICS, by_role
 from ur5_ros.errors import BagError, InputError
 from ur5_ros.signals import JOINT_NAMES
 
-#: Part -> type, and how the topic's name ends in bags that do not say.
-ROLES = {
-    'joint_states': ('sensor_msgs/msg/JointState', 'joint_states'),
-    'joint_command': ('sensor_msgs/msg/JointState', 'joint_command'),
-    'ground_truth': ('sensor_msgs/msg/JointState', '/ground_truth'),
-    'torque_parts': ('sensor_msgs/msg/JointState', '/torque_parts'),
-    'reference': ('trajectory_msgs/msg/JointTrajectory', '/reference'),
-    'events': ('diagnostic_msgs/msg/DiagnosticArray', '/events'),
-    'motor_current': ('sensor_msgs/msg/JointState', '/motor_current'),
-}
+#: The topics that are read, by role.
+_READ = by_role(topic for topic in (*SIM_TOPICS, *CONTROL_TOPICS, *ROBOT_TOPICS) if topic.role in (
+    'joint_states', 'joint_command', 'ground_truth', 'torque_parts', 'reference', 'events',
+    'motor_current'))
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +37,7 @@ class BagData:
     effort: str
     """What the effort is, where it is not the torque that acted."""
     data: dict[str, Any]
-    """By part of :data:`ROLES`; joint columns are in the order of JOINT_NAMES."""
+    """By role; joint columns are in the order of JOINT_NAMES."""
     problems: tuple[str, ...]
 
     def has(self, role: str) -> bool:
@@ -128,10 +123,11 @@ def _topics(bag: Bag) -> dict[str, str]:
     if not isinstance(said, dict):
         raise InputError(f'{bag.path}: its description names no topics; it is damaged')
     found = {}
-    for role, (kind, ending) in ROLES.items():
+    for role, topic in _READ.items():
+        kind, ending = topic.type, topic.name.removeprefix('~')  # where a bag names no roles
         name = said.get(role)
         if name is None and not bag.description.get('node'):
-            endings = [topic for topic in sorted(bag.topics, key=len) if topic.endswith(ending)]
+            endings = [each for each in sorted(bag.topics, key=len) if each.endswith(ending)]
             name = endings[0] if endings else None
         if not isinstance(name, str) or name not in bag.topics:
             continue

@@ -12,6 +12,7 @@ from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.writer import BagWriter
 from ur5_ros.cdr.fixed_messages import FixedJointState, FixedPose, FixedTrajectoryPoint
 from ur5_ros.config import CONTROL_PARAMETERS, arm_text, complete, load_arm
+from ur5_ros.config.topics import CONTROL_NODE, CONTROL_TOPICS, ROBOT_TOPICS, by_role
 from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import quaternion_of, rotation_about
 from ur5_ros.signals import JOINT_NAMES
@@ -34,8 +35,8 @@ COLUMNS = {
 _TIME = ('t', 'timestamp')
 _NEEDED = ('q', 'qd')
 
-TOPICS = {'joint_states': '/joint_states', 'reference': '/ur5_control/reference',
-          'motor_current': '/ur5_control/motor_current', 'tool_pose': '/ur5_control/tool_pose'}
+_TOPICS = by_role((*CONTROL_TOPICS, *ROBOT_TOPICS))
+_ROLES = ('joint_states', 'reference', 'motor_current', 'tool_pose')
 
 
 class RobotLog(NamedTuple):
@@ -172,7 +173,8 @@ def _write(read: RobotLog, log: Path, out: Path, arm: str) -> None:
     if 'q_star' not in values:
         reference = []
     parameters = complete(CONTROL_PARAMETERS, {'arm': arm, 'bag': ''})
-    description = describe('robot', out.resolve().name, arm, arm_text(arm), parameters, TOPICS,
+    names = {role: _TOPICS[role].absolute(CONTROL_NODE) for role in _ROLES}
+    description = describe('robot', out.resolve().name, arm, arm_text(arm), parameters, names,
                            fingerprint())
     description['log'] = log.name
     description['effort'] = 'target torque' if 'torque' in values else 'none'
@@ -185,11 +187,7 @@ def _write(read: RobotLog, log: Path, out: Path, arm: str) -> None:
     stamps = np.rint((read.t - read.t[0]) * 1e9).astype(np.int64) + 1_000_000
     writer = BagWriter(out, description, max_duration=0.0, blocking=True)
     with writer:
-        kinds = {'joint_states': 'sensor_msgs/msg/JointState',
-                 'reference': 'trajectory_msgs/msg/JointTrajectory',
-                 'motor_current': 'sensor_msgs/msg/JointState',
-                 'tool_pose': 'geometry_msgs/msg/PoseStamped'}
-        topics = {role: writer.topic(TOPICS[role], kind) for role, kind in kinds.items()}
+        topics = {role: writer.topic(names[role], _TOPICS[role].type) for role in _ROLES}
         for k, stamp in enumerate(stamps.tolist()):
             effort = values['torque'][k] if with_torque else ()
             writer.write(topics['joint_states'], stamp,

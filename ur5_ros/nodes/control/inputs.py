@@ -3,10 +3,6 @@
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Path
-from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory
 
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.targets import pose_matrix
@@ -41,13 +37,9 @@ class ControlInputs:
         self._answering = answering
         self.heard: dict[int, tuple[str, int, Any]] = {}
         """Number of a subscription to topic, number to record under, what takes the bytes."""
-        for role, message_type, take in (
-            ('target_joints', JointState, self._take_joints),
-            ('target_pose', PoseStamped, self._take_pose),
-            ('joint_trajectory', JointTrajectory, self._take_trajectory),
-            ('path', Path, self._take_path),
-        ):
-            number, record = topics.subscribe(role, f'~/{role}', message_type)
+        for role, take in (('target_joints', self._take_joints), ('target_pose', self._take_pose),
+                           ('joint_trajectory', self._take_trajectory), ('path', self._take_path)):
+            number, record = topics.subscribe(role)
             self.heard[number] = (topics.names[role], record, take)
 
     def _take_joints(self, record: int, data: bytes) -> None:

@@ -4,14 +4,13 @@ import time
 from typing import Any
 
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
-from std_msgs.msg import String
 
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.cdr.diagnostics import ERROR
 from ur5_ros.config import CONTROL_PARAMETERS, arm_text
+from ur5_ros.config.topics import CONTROL_NODE, CONTROL_TOPICS
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.control.cycle import ControlCycle
@@ -25,7 +24,7 @@ from ur5_ros.nodes.ros.parameters import check_sections, declare
 from ur5_ros.nodes.ros.process import DONE, LOSS, fault, freeze_garbage
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
-from ur5_ros.nodes.ros.topics import HOT, KEPT, Topics, incompatible_publishers, make_loop
+from ur5_ros.nodes.ros.topics import Topics, incompatible_publishers, make_loop
 
 #: Longest wait before signals, services and the watchdog are looked at [s].
 POLL_PERIOD = 0.05
@@ -47,7 +46,7 @@ class ControlNode:
     """
 
     def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
-        self.node = Node('ur5_control')
+        self.node = Node(CONTROL_NODE)
         check_sections(files, self.node.get_fully_qualified_name())
         self.parameters = declare(self.node, CONTROL_PARAMETERS)
         self._stop = stop
@@ -61,7 +60,7 @@ class ControlNode:
         loop = make_loop(self.node, self.parameters['hot_loop'])
         self._wait = loop.wait
         self.requests = LoopRequests(loop.wake)
-        topics = self._topics = Topics(self.node, loop, self.recording)
+        topics = self._topics = Topics(self.node, loop, self.recording, CONTROL_TOPICS)
         self._names = topics.names
         self.outputs = ControlOutputs(
             self.node, topics, self.recording, self.parameters, controller.arm.name)
@@ -71,11 +70,8 @@ class ControlNode:
             self._begin_anew)
         self.inputs = ControlInputs(topics, self.recording, self.answering, self.parameters)
         self._heard: dict[int, tuple[str, int, Any]] = dict(self.inputs.heard)
-        for role, topic, message_type, qos, take in (
-            ('joint_states', 'joint_states', JointState, HOT, self.answering.take),
-            ('run', 'ur5_sim/run', String, KEPT, self._take_run),
-        ):
-            number, record = topics.subscribe(role, topic, message_type, qos)
+        for role, take in (('joint_states', self.answering.take), ('run', self._take_run)):
+            number, record = topics.subscribe(role)
             self._heard[number] = (topics.names[role], record, take)
         self._run_name = ''
         self._started_with = controller.parameters

@@ -3,11 +3,7 @@
 from typing import Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory
 
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.diagnostics import status_array
@@ -61,18 +57,13 @@ class ControlOutputs:
             [f'{part}/{name}' for part in PARTS for name in names], fields=('effort',))
         self._error = FixedJointState(names, fields=('position', 'velocity'))
         self._pose = FixedPose(prefix + 'base')
-        self._publish_command, self._command_id = topics.publisher(
-            'joint_command', 'joint_command', JointState)
-        self._publish_reference, self._reference_id = topics.publisher(
-            'reference', '~/reference', JointTrajectory, lazy=True)
-        self._publish_parts, self._parts_id = topics.publisher(
-            'torque_parts', '~/torque_parts', JointState, lazy=True)
-        self._send_error = topics.sender('error', '~/error', JointState, lazy=True)
-        self._send_tool = topics.sender(
-            'tool_pose', '~/tool_pose', PoseStamped, lazy=True)
-        self._send_wanted = topics.sender(
-            'reference_pose', '~/reference_pose', PoseStamped, lazy=True)
-        self._send_diagnostics = topics.sender('diagnostics', '/diagnostics', DiagnosticArray)
+        self._publish_command, self._command_id = topics.publisher('joint_command')
+        self._publish_reference, self._reference_id = topics.publisher('reference')
+        self._publish_parts, self._parts_id = topics.publisher('torque_parts')
+        self._send_error = topics.sender('error')
+        self._send_tool = topics.sender('tool_pose')
+        self._send_reference_pose = topics.sender('reference_pose')
+        self._send_diagnostics = topics.sender('diagnostics')
         self.hash = PayloadHash(self._command)
         self._last = b''
 
@@ -116,10 +107,10 @@ class ControlOutputs:
 
     def monitor(
         self, state: ArmState, reference: Reference,
-        tool: tuple[np.ndarray, np.ndarray], wanted: tuple[np.ndarray, np.ndarray],
+        tool: tuple[np.ndarray, np.ndarray], desired: tuple[np.ndarray, np.ndarray],
     ) -> None:
         """
-        Send what can be derived from the rest, for whoever looks on.
+        Send what can be derived from the rest, for display.
 
         Parameters
         ----------
@@ -127,7 +118,7 @@ class ControlOutputs:
             Where the arm is.
         reference : Reference
             Where it should be.
-        tool, wanted : tuple
+        tool, desired : tuple
             Position (3,) [m] and quaternion (4,) as x, y, z, w of tool0 in base, at both.
 
         """
@@ -135,7 +126,7 @@ class ControlOutputs:
         self._send_error(self._error.encode(
             state.stamp, state.q - reference.q, state.qd - reference.qd))
         self._send_tool(self._pose.encode(state.stamp, *tool))
-        self._send_wanted(self._pose.encode(state.stamp, *wanted))
+        self._send_reference_pose(self._pose.encode(state.stamp, *desired))
 
     def diagnostics(self, stamp: int, level: int, message: str, values: dict[str, Any]) -> None:
         """Send a report."""

@@ -1,5 +1,6 @@
 """Messages to signals: size judged first, joints matched by name, numbers finite."""
 
+import importlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,6 +29,12 @@ MOST_RECORDED = 65_536
 def type_name(message_type: type) -> str:
     """Return ``package/msg/Name`` of a message class."""
     return f'{message_type.__module__.partition(".")[0]}/msg/{message_type.__name__}'
+
+
+def message_class(type_name: str) -> type:
+    """Return the message class of ``package/msg/Name``; ImportError or AttributeError if none."""
+    package, _, name = type_name.split('/')
+    return getattr(importlib.import_module(f'{package}.msg'), name)
 
 
 def read_message(type_name: str, data: bytes) -> dict[str, Any]:

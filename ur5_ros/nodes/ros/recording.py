@@ -3,23 +3,16 @@
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.run_folders import BAGS
 from ur5_ros.bag.writer import BagWriter
+from ur5_ros.config.topics import NEWEST, Qos
 from ur5_ros.errors import InputError
 
 #: Messages kept while the run's name is not known yet: half a minute of a 1 kHz loop.
 MOST_BUFFERED = 200_000
-
-
-class Topic(NamedTuple):
-    """A topic that is recorded."""
-
-    name: str
-    type: str
-    qos: Mapping[str, Any]
 
 
 class Recording:
@@ -41,7 +34,7 @@ class Recording:
         self.where = where
         self.node = node
         self._split = (max_duration, max_size)
-        self._topics: list[Topic] = []
+        self._topics: list[tuple[str, str, Mapping[str, Any]]] = []
         self._writer: BagWriter | None = None
         self._buffer: list[tuple[int, int, bytes]] = []
         self._dropped = 0
@@ -52,13 +45,9 @@ class Recording:
         self.write: Callable[[int, bytes], None] = self._keep if where else _forget
         """``write(topic, data)``: record CDR bytes under the number of a topic."""
 
-    def topic(
-        self, name: str, type_name: str, reliability: str = 'reliable',
-        durability: str = 'volatile', depth: int = 1,
-    ) -> int:
+    def topic(self, name: str, type_name: str, qos: Qos = NEWEST) -> int:
         """Announce a topic before the bag is opened and return its number."""
-        profile = qos_profile(reliability=reliability, durability=durability, depth=depth)
-        self._topics.append(Topic(name, type_name, profile))
+        self._topics.append((name, type_name, qos_profile(**qos._asdict())))
         return len(self._topics)
 
     @property
@@ -102,7 +91,7 @@ class Recording:
             return
         self._writer = BagWriter(self._new_folder(run), description, *self._split)
         for topic in self._topics:
-            self._writer.topic(topic.name, topic.type, topic.qos)
+            self._writer.topic(*topic)
         for message in self._buffer:
             self._writer.write(*message)
         self._buffer.clear()
@@ -123,11 +112,6 @@ class Recording:
         self._failure = self._failure or self._writer.failure
         self._writer = None
         self.write = self._keep
-
-    def drop(self) -> None:
-        """Forget what waits, as no run was ever named."""
-        self._lost += len(self._buffer)
-        self._buffer.clear()
 
     def _keep(self, topic: int, data: bytes) -> None:
         if len(self._buffer) < MOST_BUFFERED:

@@ -1,35 +1,23 @@
-"""Topics of a node: how they are offered, heard and recorded."""
+"""Topics of a node, published, subscribed to and recorded as they are declared."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from ur5_ros.config.topics import HOT, Qos, Topic, by_role
 from ur5_ros.nodes.ros.executor_loop import ExecutorLoop
-from ur5_ros.nodes.ros.messages import type_name
+from ur5_ros.nodes.ros.messages import message_class
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.wait_set_loop import WaitSetLoop
-
-#: States, commands and everything else that is published.
-NEWEST = QoSProfile(depth=1)
-#: /clock: losing one is harmless, the next one says more.
-UNACKNOWLEDGED = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-#: What a late joiner gets too.
-KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-#: Events come in bursts, and none may be lost.
-ALL = QoSProfile(depth=100)
-#: Our own hot subscriptions: no acknowledgement travels back, which is a third of the period.
-HOT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-#: Our other subscriptions.
-HEARD = QoSProfile(depth=10)
 
 Send = Callable[[bytes], None]
 
 
 class Topics:
     """
-    The topics of a node, each recorded as it is sent or heard.
+    The topics of a node, each recorded as it is sent or received.
 
     Parameters
     ----------
@@ -39,35 +27,32 @@ class Topics:
         Through which the messages go.
     recording : Recording
         What they are recorded into.
+    declared : iterable of Topic
+        All topics of the node.
 
     """
 
-    def __init__(self, node: Node, loop: WaitSetLoop | ExecutorLoop, recording: Recording) -> None:
+    def __init__(self, node: Node, loop: WaitSetLoop | ExecutorLoop, recording: Recording,
+                 declared: Iterable[Topic]) -> None:
         self._node = node
         self._loop = loop
         self._recording = recording
+        self._declared = by_role(declared)
         self.names: dict[str, str] = {}
         """Role to resolved name, for the bag's description."""
-        self.heard: dict[str, tuple[str, ReliabilityPolicy]] = {}
-        """Resolved name of each subscription to its type and reliability."""
+        self.subscribed: dict[str, Topic] = {}
+        """Resolved name of each subscription to its topic."""
 
-    def publisher(
-        self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
-        *, lazy: bool = False,
-    ) -> tuple[Send, int]:
-        """Return what publishes bytes, to somebody or at all, and the number to record them."""
-        loop = self._loop
-        publisher = loop.lazy_publisher if lazy else loop.publisher
-        return (publisher(message_type, topic, qos),
-                self._record(role, topic, message_type, qos))
+    def publisher(self, role: str) -> tuple[Send, int]:
+        """Return what publishes the bytes of a topic, and the number to record them under."""
+        topic = self._declared[role]
+        publisher = self._loop.lazy_publisher if topic.lazy else self._loop.publisher
+        return (publisher(message_class(topic.type), topic.name, ros_profile(topic.qos)),
+                self._record(topic))
 
-    def sender(
-        self, role: str, topic: str, message_type: type, qos: QoSProfile = NEWEST,
-        *, lazy: bool = False,
-    ) -> Send:
-        """Return what publishes, to somebody or at all, and records bytes."""
-        publish, number = self.publisher(
-            role, topic, message_type, qos, lazy=lazy)
+    def sender(self, role: str) -> Send:
+        """Return what publishes and records the bytes of a topic."""
+        publish, number = self.publisher(role)
         recording = self._recording
 
         def send(data: bytes) -> None:
@@ -76,19 +61,17 @@ class Topics:
 
         return send
 
-    def subscribe(
-        self, role: str, topic: str, message_type: type, qos: QoSProfile = HEARD,
-    ) -> tuple[int, int]:
+    def subscribe(self, role: str) -> tuple[int, int]:
         """Subscribe; return the number under which messages come and that to record them under."""
-        record = self._record(role, topic, message_type, qos)
-        self.heard[self.names[role]] = (type_name(message_type), qos.reliability)
-        return self._loop.subscribe(message_type, topic, qos, hot=qos is HOT), record
+        topic = self._declared[role]
+        record = self._record(topic)
+        self.subscribed[self.names[role]] = topic
+        return self._loop.subscribe(message_class(topic.type), topic.name,
+                                    ros_profile(topic.qos), hot=topic.qos == HOT), record
 
-    def _record(self, role: str, topic: str, message_type: type, qos: QoSProfile) -> int:
-        self.names[role] = self._node.resolve_topic_name(topic)
-        return self._recording.topic(
-            self.names[role], type_name(message_type), _word(qos.reliability),
-            _word(qos.durability), qos.depth)
+    def _record(self, topic: Topic) -> int:
+        self.names[topic.role] = self._node.resolve_topic_name(topic.name)
+        return self._recording.topic(self.names[topic.role], topic.type, topic.qos)
 
 
 def make_loop(node: Node, kind: str) -> Any:
@@ -98,7 +81,7 @@ def make_loop(node: Node, kind: str) -> Any:
 
 def incompatible_publishers(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
     """
-    Return who publishes on a topic of ours what can never arrive.
+    Return the publishers on subscribed topics whose messages can never arrive.
 
     Returns
     -------
@@ -107,17 +90,19 @@ def incompatible_publishers(node: Node, topics: Topics) -> list[tuple[str, str, 
 
     """
     found = []
-    for name, (wanted, reliability) in topics.heard.items():
+    for name, topic in topics.subscribed.items():
         for each in node.get_publishers_info_by_topic(name):
-            if each.topic_type != wanted:
+            if each.topic_type != topic.type:
                 found.append((name, 'other type', f'{each.node_name} publishes {each.topic_type} '
-                              f'there; publish {wanted}'))
-            elif (reliability, each.qos_profile.reliability) == (
-                    ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT):
+                              f'there; publish {topic.type}'))
+            elif (topic.qos.reliability == 'reliable'
+                  and each.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT):
                 found.append((name, 'incompatible QoS', f'{each.node_name} publishes best effort '
                               'there; publish reliable'))
     return found
 
 
-def _word(policy: Any) -> str:
-    return policy.name.lower()
+def ros_profile(qos: Qos) -> QoSProfile:
+    """Return a declared quality of service as rclpy has it."""
+    return QoSProfile(depth=qos.depth, reliability=ReliabilityPolicy[qos.reliability.upper()],
+                      durability=DurabilityPolicy[qos.durability.upper()])

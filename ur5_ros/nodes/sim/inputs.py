@@ -3,9 +3,6 @@
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import WrenchStamped
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray
 
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.errors import InputError
@@ -13,7 +10,7 @@ from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, EffortReader, read_message
 from ur5_ros.nodes.ros.recording import Recording
-from ur5_ros.nodes.ros.topics import HEARD, HOT, Topics
+from ur5_ros.nodes.ros.topics import Topics
 from ur5_ros.nodes.sim.services import StepQueue
 from ur5_ros.nodes.sim.simulation import Simulation, set_wrench
 from ur5_ros.signals import JOINT_NAMES
@@ -64,13 +61,10 @@ class SimInputs:
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
         self._heard: dict[int, tuple[str, int, Any]] = {}
-        for role, topic, message_type, qos, take in (
-            ('joint_command', 'joint_command', JointState, HOT, self._take_command),
-            ('forward_command', 'forward_effort_controller/commands', Float64MultiArray, HEARD,
-             self._take_array),
-            ('external_wrench', '~/external_wrench', WrenchStamped, HEARD, self._take_wrench),
-        ):
-            number, record = topics.subscribe(role, topic, message_type, qos)
+        for role, take in (('joint_command', self._take_command),
+                           ('forward_command', self._take_array),
+                           ('external_wrench', self._take_wrench)):
+            number, record = topics.subscribe(role)
             self._heard[number] = (topics.names[role], record, take)
             if 'command' in role:
                 self.command_topics.append(topics.names[role])

@@ -9,6 +9,7 @@ from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.config import SIM_PARAMETERS, arm_text
+from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
@@ -43,7 +44,7 @@ class Simulator:
     """
 
     def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
-        self.node = Node('ur5_sim')
+        self.node = Node(SIM_NODE)
         check_sections(files, self.node.get_fully_qualified_name())
         parameters = self.parameters = declare(self.node, SIM_PARAMETERS)
         if self.node.get_parameter('use_sim_time').value:
@@ -55,7 +56,7 @@ class Simulator:
         self.recording = Recording(parameters['bag'], 'sim', parameters['max_bagfile_duration'],
                                    parameters['max_bagfile_size'])
         loop = make_loop(self.node, parameters['hot_loop'])
-        topics = self.topics = Topics(self.node, loop, self.recording)
+        topics = self.topics = Topics(self.node, loop, self.recording, SIM_TOPICS)
         self.outputs = SimOutputs(self.node, topics, self.recording, parameters, plant.arm.name)
         self.simulation = Simulation(plant, self.outputs, self.logger, parameters)
         self.gate = CommandGate([parameters['tf_prefix'] + name for name in JOINT_NAMES],

@@ -3,18 +3,14 @@
 import json
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
-from std_msgs.msg import String
 
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.diagnostics import status_array
 from ur5_ros.cdr.fixed_messages import FixedJointState, encode_stamp, encode_string
 from ur5_ros.cdr.layout import LITTLE_ENDIAN
 from ur5_ros.nodes.ros.recording import Recording
-from ur5_ros.nodes.ros.topics import ALL, KEPT, UNACKNOWLEDGED, Topics
+from ur5_ros.nodes.ros.topics import Send, Topics
 from ur5_ros.signals import JOINT_NAMES, ArmState
 from ur5_ros.sim.events import Event
 
@@ -47,18 +43,16 @@ class SimOutputs:
         self._recording = recording
         names = [parameters['tf_prefix'] + name for name in JOINT_NAMES]
         self._states = FixedJointState(names)
-        self._publish_state, self._state_id = topics.publisher(
-            'joint_states', 'joint_states', JointState)
-        self._publish_clock, self._clock_id = None, 0
+        self._publish_state, self._state_id = topics.publisher('joint_states')
+        self._publish_clock: Send | None = None
+        self._clock_id = 0
         if parameters['publish_clock']:
-            self._publish_clock, self._clock_id = topics.publisher(
-                'clock', '/clock', Clock, UNACKNOWLEDGED, lazy=True)
-        self._send_truth = topics.sender('ground_truth', '~/ground_truth', JointState)
-        self._send_event = topics.sender('events', '~/events', DiagnosticArray, ALL)
-        self._send_diagnostics = topics.sender('diagnostics', '/diagnostics', DiagnosticArray)
-        self._publish_run, self._run_id = topics.publisher('run', '~/run', String, KEPT)
-        self._send_description = topics.sender(
-            'robot_description', 'robot_description', String, KEPT)
+            self._publish_clock, self._clock_id = topics.publisher('clock')
+        self._send_truth = topics.sender('ground_truth')
+        self._send_event = topics.sender('events')
+        self._send_diagnostics = topics.sender('diagnostics')
+        self._publish_run, self._run_id = topics.publisher('run')
+        self._send_description = topics.sender('robot_description')
         self.hash = PayloadHash(self._states)
         self._last_state = b''
         self._last_clock = b''
