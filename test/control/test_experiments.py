@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
-from ur5_ros.config.experiments import list_experiments, load_experiment, parse_experiment
+from ur5_ros.config.experiments import list_experiments, load_experiment
 from ur5_ros.control.experiment import experiment_trajectory, initial_positions
 from ur5_ros.control.tool_motion import singularity_distance
 from ur5_ros.errors import InputError
@@ -23,6 +23,12 @@ at: 0.5
 step: [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]
 start_degrees: [0.0, -90.0, 90.0, -90.0, -90.0, 0.0]
 """
+
+
+def experiment_of(folder, text):
+    path = folder / 'mine.yaml'
+    path.write_text(text)
+    return load_experiment(str(path))
 
 
 def table(name, arm_name='ur5', rate=RATE):
@@ -163,13 +169,13 @@ def test_a_file_of_ones_own_is_an_experiment(tmp_path):
     ('at: 0.5', 'at: 0.5\nwhen: 3', 'when'),
     ('step: [0.1,', 'step: [9.0,', 'needs shoulder_pan_joint at 9.0000 rad'),
 ])
-def test_a_wrong_file_is_refused_with_the_reason(old, new, words):
+def test_a_wrong_file_is_refused_with_the_reason(old, new, words, tmp_path):
     with pytest.raises(InputError, match=words):
-        experiment_trajectory(parse_experiment(TEXT.replace(old, new), 'mine.yaml'),
+        experiment_trajectory(experiment_of(tmp_path, TEXT.replace(old, new)),
                               load_arm('ur5'), 100, 0.02)
 
 
-def test_a_profile_through_a_singularity_is_refused_with_the_sample():
+def test_a_profile_through_a_singularity_is_refused_with_the_sample(tmp_path):
     text = """
 name: reach
 description: stretches the elbow
@@ -180,10 +186,10 @@ start_degrees: [0.0, -45.0, 60.0, -105.0, -90.0, 0.0]
 corners: [[0.0, 0.0, 0.0], [-0.5, 0.0, 0.0]]
 """
     with pytest.raises(InputError, match=r'sample \d+ of 201 .* comes within .* of a singularity'):
-        experiment_trajectory(parse_experiment(text, 'reach.yaml'), load_arm('ur5'), 100, 0.3)
+        experiment_trajectory(experiment_of(tmp_path, text), load_arm('ur5'), 100, 0.3)
 
 
-def test_a_profile_that_begins_in_a_singularity_is_refused_whatever_the_margin():
+def test_a_profile_that_begins_in_a_singularity_is_refused_whatever_the_margin(tmp_path):
     text = """
 name: straight
 description: wrist singular
@@ -193,14 +199,14 @@ leg_time: 2.0
 start_degrees: [0.0, -90.0, 90.0, -90.0, 0.0, 0.0]
 corners: [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
 """
-    spec = parse_experiment(text, 'straight.yaml')
+    spec = experiment_of(tmp_path, text)
     with pytest.raises(InputError, match='sample 1 of 201 .* singularity'):
         experiment_trajectory(spec, load_arm('ur5'), 100, 0.0)
     with pytest.raises(InputError, match='sample 1 of 1 .* singularity'):
         initial_positions(spec, load_arm('ur5'))
 
 
-def test_a_circle_around_its_own_axis_is_refused():
+def test_a_circle_around_its_own_axis_is_refused(tmp_path):
     text = """
 name: point
 description: no circle
@@ -212,10 +218,10 @@ centre: [0.0, 0.0, 0.1]
 normal: [0.0, 0.0, 1.0]
 """
     with pytest.raises(InputError, match='make no circle'):
-        experiment_trajectory(parse_experiment(text, 'point.yaml'), load_arm('ur5'), 100, 0.02)
+        experiment_trajectory(experiment_of(tmp_path, text), load_arm('ur5'), 100, 0.02)
 
 
-def test_ramps_longer_than_the_experiment_and_lost_files_are_refused():
+def test_ramps_longer_than_the_experiment_and_lost_files_are_refused(tmp_path):
     text = """
 name: short
 description: all ramp
@@ -228,16 +234,16 @@ start_degrees: [0.0, -90.0, 90.0, -90.0, -90.0, 0.0]
 joints: {elbow_joint: [{amplitude: 0.1, frequency: 1.0}]}
 """
     with pytest.raises(InputError, match='take 4 s of 3 s; make the duration longer'):
-        parse_experiment(text, 'short.yaml')
+        experiment_of(tmp_path, text)
     with pytest.raises(InputError, match='no experiment file ./lost.yaml'):
         load_experiment('./lost.yaml')
 
 
-def test_without_a_ramp_the_motion_begins_at_speed():
+def test_without_a_ramp_the_motion_begins_at_speed(tmp_path):
     text = TEXT.replace('kind: joint_step', 'kind: joint_waves').replace('at: 0.5', 'ramp: 0.0')
     text = text.replace('step: [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]',
                         'joints: {elbow_joint: [{amplitude: 0.1, frequency: 1.0}]}')
-    spec = parse_experiment(text, 'a.yaml')
+    spec = experiment_of(tmp_path, text)
     motion = experiment_trajectory(spec, load_arm('ur5'), 100, 0.02).motion
     assert_allclose(motion.at(0).qd[2], 0.2 * np.pi)
 

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from ur5_ros.config import load_arm
-from ur5_ros.model.angle_wrapping import turns_within_limits
 from ur5_ros.model.inverse_kinematics import (
-    branch_of,
     inverse_kinematics,
     inverse_kinematics_batch,
     nearest_solution,
 )
-from ur5_ros.model.kinematics import forward_kinematics, link_transforms
+from ur5_ros.model.kinematics import forward_kinematics, link_transforms, singularity_factors
 
 TURN = 2.0 * np.pi
 
@@ -143,6 +141,14 @@ def test_merged_branches_are_one_solution():
     assert len(inverse_kinematics(outstretched, arm).q) < 8
     q, valid = inverse_kinematics_batch(outstretched, arm)
     assert_distinct(q[None], valid[None])
+
+
+def branch_of(q, arm):
+    """Return 4 shoulder + 2 elbow + wrist from the signs of the factors of det J."""
+    sin_q5, sin_q3, x5 = singularity_factors(q, arm)
+    right, flipped = x5 > 0.0, sin_q5 < 0.0
+    down = (sin_q3 * arm.a[1] * arm.a[2] < 0.0) != right
+    return 4 * right + 2 * down + flipped
 
 
 def test_branch_labels_are_the_signs_of_the_three_factors(arm):
@@ -275,22 +281,6 @@ def test_one_pose_is_asked_for_where_one_is_answered():
                                   inverse_kinematics(poses[0], arm).q)
 
 
-def test_all_turns_within_the_limits_reach_the_same_pose():
-    arm = load_arm('ur5')
-    q = np.array([0.3, -1.2, 1.4, -0.9, 0.5, 0.7])
-    turned = turns_within_limits(q, arm)
-    assert len(np.unique(np.round(turned, 6), axis=0)) == 64
-    assert np.all(np.abs(turned) <= TURN)
-    np.testing.assert_allclose(forward_kinematics(turned, arm),
-                               np.broadcast_to(forward_kinematics(q, arm), (64, 4, 4)), atol=1e-13)
-    limits = replace(arm.limits, lower=np.full(6, -np.pi), upper=np.full(6, np.pi))
-    np.testing.assert_array_equal(turns_within_limits(q, arm, limits), [q])
-    limits = replace(arm.limits, upper=np.full(6, -TURN + 0.1))
-    assert turns_within_limits(q, arm, limits).shape == (0, 6)
-    unlimited = load_arm('ur3e')
-    assert len(turns_within_limits(q, unlimited)) == 32
-
-
 @pytest.mark.parametrize(('lower', 'message'), [
     (np.zeros(5), r'limits.lower is \[.*\]; give six numbers'),
     (np.array([0.0, np.nan, 0.0, 0.0, 0.0, 0.0]), 'limits.lower is'),
@@ -301,5 +291,3 @@ def test_limits_that_are_none_are_refused_by_name(lower, message):
     limits = replace(arm.limits, lower=lower)
     with pytest.raises(ValueError, match=message):
         nearest_solution(forward_kinematics(np.ones(6), arm), np.ones(6), arm, limits)
-    with pytest.raises(ValueError, match=message):
-        turns_within_limits(np.ones(6), arm, limits)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, cast, get_args
 import msgspec
 
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
-from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_yaml
+from ur5_ros.config.strict_yaml import config_folder, read_yaml
 from ur5_ros.errors import InputError
 
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
@@ -132,31 +132,6 @@ def load_experiment(name: str) -> Experiment:
     """
     path = _experiment_path(name)
     return _record(read_yaml(path), str(path))
-
-
-def parse_experiment(text: str, source: str) -> Experiment:
-    """
-    Return an experiment from the text of its file.
-
-    Parameters
-    ----------
-    text : str
-        YAML.
-    source : str
-        What to call it in messages.
-
-    Returns
-    -------
-    Experiment
-        As :func:`load_experiment`.
-
-    Raises
-    ------
-    InputError
-        As :func:`load_experiment`.
-
-    """
-    return _record(parse_yaml(text, source), source)
 
 
 def _experiment_path(name: str) -> Path:

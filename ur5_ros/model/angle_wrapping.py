@@ -1,52 +1,11 @@
 """Whole turns: the same pose with joints 2 pi further, as far as the limits let them."""
 
-from itertools import product
-
 import numpy as np
 
 from ur5_ros.errors import InputError
-from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.parameters import ArmParameters, Limits
 
 TURN = 2.0 * np.pi
-
-
-def turns_within_limits(
-    q: np.ndarray, arm: ArmParameters, limits: Limits | None = None,
-) -> np.ndarray:
-    """
-    Return all configurations that differ from one by whole turns and keep the limits.
-
-    Parameters
-    ----------
-    q : array_like, shape (6,)
-        A configuration, angles of the arm record [rad].
-    arm : ArmParameters
-        The arm.
-    limits : Limits, optional
-        Position limits in the manufacturer's angles (``arm.angle_offset`` is added here); those
-        of the arm by default.  A joint without limits keeps the angle that it has.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 6)
-        At most 64 for limits of +-2 pi; none where the limits exclude the configuration.
-
-    Raises
-    ------
-    InputError
-        If ``q`` has another shape or holds a number that is not finite.
-
-    """
-    q = finite_array('q', q, (6,))
-    lower, upper = limits_of_model(arm, limits)
-    choices = []
-    for angle, least, most in zip(q, *turns_allowed(q, lower, upper), strict=True):
-        if np.isfinite(least) and np.isfinite(most):
-            choices.append([angle + TURN * k for k in range(int(least), int(most) + 1)])
-        else:
-            choices.append([angle + TURN * np.clip(0.0, least, most)])
-    return np.clip(np.array(list(product(*choices))).reshape(-1, 6), lower, upper)
 
 
 def limits_of_model(arm: ArmParameters, limits: Limits | None) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,6 @@ from ur5_ros.errors import InputError
 from ur5_ros.model.angle_wrapping import TURN, limits_of_model, turns_allowed
 from ur5_ros.model.kernels import inverse_kinematics as kernels
 from ur5_ros.model.kernels.arguments import finite_array
-from ur5_ros.model.kinematics import singularity_factors
 from ur5_ros.model.parameters import ArmParameters, Limits
 from ur5_ros.model.poses import check_pose, single_pose, unreachable
 
@@ -218,34 +217,6 @@ def nearest_solution(
         raise InputError(_excluded(solutions.q, least > most, limits or arm.limits, arm))
     distance = np.where(allowed, np.sum((q - q_near) ** 2, axis=-1), np.inf)
     return np.clip(q[np.argmin(distance)], lower, upper)
-
-
-def branch_of(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
-    """
-    Return the branch that a configuration belongs to.
-
-    Parameters
-    ----------
-    q : array_like, shape (..., 6)
-        Joint positions [rad], base to wrist.
-    arm : ArmParameters
-        The arm.
-
-    Returns
-    -------
-    numpy.ndarray of int, shape (...)
-        4 shoulder + 2 elbow + wrist, as in :class:`Solutions`: signs of the factors of det J.
-
-    Raises
-    ------
-    InputError
-        If ``q`` has another shape or holds a number that is not finite.
-
-    """
-    sin_q5, sin_q3, x5 = singularity_factors(q, arm)
-    right, flipped = x5 > 0.0, sin_q5 < 0.0
-    down = (sin_q3 * arm.a[1] * arm.a[2] < 0.0) != right
-    return 4 * right + 2 * down + flipped
 
 
 def _free_angle(q6: float | None, q_near: np.ndarray | None) -> np.ndarray:
