@@ -57,7 +57,7 @@ setup(
         'pyyaml>=6',
         'rich>=13',
         'ruckig>=0.14',
-        'typer>=0.12',
+        'typer>=0.29',
         'zstandard>=0.22',
     ],
     extras_require={
@@ -65,7 +65,7 @@ setup(
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'symbolic': ['sympy>=1.12'],
         'sweep': ['dask[distributed]>=2024.8', 'polars>=1'],
-        'view': ['viser>=1.1,<1.2', 'imageio-ffmpeg>=0.5', 'pillow>=10'],
+        'view': ['viser>=1.1', 'imageio-ffmpeg>=0.5', 'pillow>=10'],
         'bench': ['eaik>=1.2', 'mujoco>=3', 'pin>=3', 'rosbags>=0.10', 'mcap-ros2-support>=0.5',
                   'urchin'],
         'test': ['colcon-common-extensions', 'hypothesis', 'import-linter', 'mypy', 'psutil',

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 app = typer.Typer(
-    name='ur5', rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=True,
+    name='ur5', rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={'help_option_names': ['-h', '--help'], 'max_content_width': 99},
     help='Torque control of simulated UR arms. Exit 0 yes, 1 no, 2 bad input, 3 loss.')
 

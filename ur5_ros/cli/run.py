@@ -2,17 +2,12 @@
 
 import os
 import sys
-from typing import Any
 
 import typer
-from typer.main import get_command
 
 from ur5_ros.cli.app import app
 from ur5_ros.cli.exit_codes import BAD_INPUT, INTERRUPTED, YES
 from ur5_ros.errors import InputError
-
-# ClickException, wherever this typer keeps it
-_USAGE_ERROR: Any = typer.BadParameter.__mro__[2]
 
 
 def run(arguments: list[str]) -> int:
@@ -31,21 +26,18 @@ def run(arguments: list[str]) -> int:
 
     """
     try:
-        code = _command()(args=arguments, prog_name='ur5', standalone_mode=False)
+        code = app(args=arguments or ['--help'], prog_name='ur5', standalone_mode=False)
         sys.stdout.flush()
         if code == INTERRUPTED:  # typer makes this of a KeyboardInterrupt
             return _complain('interrupted', INTERRUPTED)
+        if not arguments:
+            return BAD_INPUT
         return code if isinstance(code, int) else YES
     except InputError as refusal:
         return _complain(str(refusal), BAD_INPUT)
-    except _USAGE_ERROR as error:
-        context = getattr(error, 'ctx', None)
-        command = context.command_path if context else 'ur5'
-        text = error.format_message()
-        if not arguments or type(error).__name__ == 'NoArgsIsHelpError':
-            print(text)
-            return BAD_INPUT
-        return _complain(f'{text.rstrip(".")}; see {command} --help', BAD_INPUT)
+    except typer.TyperException as error:
+        text = error.format_message().rstrip('.')
+        return _complain(f'{text}; see {_command(arguments)} --help', BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         return _complain('interrupted', INTERRUPTED)
     except BrokenPipeError:
@@ -59,15 +51,10 @@ def run(arguments: list[str]) -> int:
         return _complain(f'{where}{error.strerror or error}', BAD_INPUT)
 
 
-def _command() -> Any:
-    """Return the whole command; what prints the completion is there, and takes no line of help."""
-    command = get_command(app)
-    for option in command.params:
-        if option.name == 'show_completion':
-            option.hidden = True  # type: ignore[attr-defined]
-        elif option.name == 'install_completion':
-            option.help = 'Install completion for this shell.'  # type: ignore[attr-defined]
-    return command
+def _command(arguments: list[str]) -> str:
+    """Return the command that a command line asks for, as far as it is one."""
+    names = {each.name or each.callback.__name__ for each in app.registered_commands}
+    return f'ur5 {arguments[0]}' if arguments[0] in names else 'ur5'
 
 
 def _complain(text: str, code: int) -> int:

@@ -9,7 +9,7 @@ from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.listener import Listener, Sample
 from ur5_ros.viewer.arm_scene import MEASURED, WANTED
-from ur5_ros.viewer.server import Page, numbers
+from ur5_ros.viewer.page import Page, numbers
 from ur5_ros.viewer.track import Track, tool_positions, tree_of
 from ur5_ros.viewer.urdf_tree import UrdfTree, parse_urdf
 

@@ -7,7 +7,7 @@ from typing import Any
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.viewer.arm_scene import MEASURED, WANTED
 from ur5_ros.viewer.curves import colour_key
-from ur5_ros.viewer.server import Page
+from ur5_ros.viewer.page import Page
 from ur5_ros.viewer.track import arm_of, track, tree_of
 
 FRAME = 1 / 25

@@ -1,21 +1,21 @@
 // Runs in the page before viser does; UPRIGHT is where the camera stands in an upright window.
 //
-// The library notes each connection on the console and warns of a class of three.js that it uses
-// itself. Nothing there is of use to whoever looks at an arm; whatever else is said stays.
+// viser logs each connection to the console and warns of a class of three.js that it uses itself.
+// Neither is of use here; every other warning and every error stays.
 (() => {
   const KNOWN = ['THREE.Clock: This module has been deprecated'];
-  const hush = (scope, known) => {
+  const silence = (scope, known) => {
     scope.console.log = scope.console.info = scope.console.debug = () => {};
     const warn = scope.console.warn.bind(scope.console);
-    scope.console.warn = (...said) => {
-      if (!known.some((each) => said.join(' ').includes(each))) warn(...said);
+    scope.console.warn = (...words) => {
+      if (!known.some((each) => words.join(' ').includes(each))) warn(...words);
     };
   };
-  hush(self, KNOWN);
+  silence(self, KNOWN);
   // a worker has a console of its own, and its source is a blob made by the page
-  const head = `(${hush})(self, ${JSON.stringify(KNOWN)});\n`;
-  const Plain = self.Blob;
-  self.Blob = class extends Plain {
+  const head = `(${silence})(self, ${JSON.stringify(KNOWN)});\n`;
+  const BrowserBlob = self.Blob;
+  self.Blob = class extends BrowserBlob {
     constructor(parts = [], options = {}) {
       const script = (options.type || '').startsWith('text/javascript');
       super(script ? [head, ...parts] : parts, options);
@@ -26,10 +26,10 @@
   // across the lower half, and the camera keeps the arm above it
   const dark = matchMedia('(prefers-color-scheme: dark)');
   const address = new URL(location);
-  const wanted = { darkMode: dark.matches && '' };
+  const parameters = { darkMode: dark.matches && '' };
   const upright = innerWidth < 0.8 * innerHeight;
-  for (const [name, value] of Object.entries(UPRIGHT)) wanted[name] = upright && value.join(',');
-  for (const [name, value] of Object.entries(wanted)) {
+  for (const [name, value] of Object.entries(UPRIGHT)) parameters[name] = upright && value.join(',');
+  for (const [name, value] of Object.entries(parameters)) {
     if (value === false) address.searchParams.delete(name);
     else address.searchParams.set(name, value);
   }

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ur5_ros.viewer.arm_scene import ArmScene
-from ur5_ros.viewer.client import Server, View
 from ur5_ros.viewer.curves import Curves
+from ur5_ros.viewer.page_server import PageServer, View
 from ur5_ros.viewer.track import Track
 from ur5_ros.viewer.urdf_tree import UrdfTree
 
@@ -33,7 +33,7 @@ class Page:
 
     def __init__(self, tree: UrdfTree, track: Track, title: str, port: int):
         length = sum(float(np.linalg.norm(joint.pose[:3, 3])) for joint in tree.joints)
-        self._serving = Server(title, port, _scaled(_WIDE, length), _scaled(_UPRIGHT, length))
+        self._serving = PageServer(title, port, _scaled(_WIDE, length), _scaled(_UPRIGHT, length))
         self.server = self._serving.viser
         gui = self.server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
@@ -49,7 +49,7 @@ class Page:
     @property
     def address(self) -> str:
         """Return where the page is."""
-        return f'http://127.0.0.1:{self.server.get_port()}'
+        return f'http://127.0.0.1:{self._serving.port}'
 
     def show(self, track: Track, row: int) -> None:
         """Show one row of a track: pose, numbers, marks."""
