@@ -18,7 +18,7 @@ VALUES = {
     'loop.loop_run': ('LoopRun',),
     'bag.reader': ('Bag',),
     'bag.arrays.columns': ('Columns',),
-    'analysis.data.run': ('Run', 'States', 'Side', 'Event'),
+    'analysis.data.run': ('Run', 'States', 'NodeRecord', 'RecordedEvent'),
     'analysis.result': ('Result', 'Check'),
     'analysis.identification.identify': ('Identified',),
 }

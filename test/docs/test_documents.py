@@ -123,6 +123,8 @@ def test_a_test_that_a_page_names_exists():
     known |= {str(path) for path in sources}
     missing = []
     for page in documents.PAGES:
+        if page.name == 'python.md':  # fields of results, such as test_rms
+            continue
         for name in re.findall(r'`(test_\w+|test/[\w/]+\.py)`', page.read_text('utf-8')):
             if name not in known:
                 missing.append(f'{page.name}: {name}')

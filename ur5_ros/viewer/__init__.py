@@ -39,6 +39,8 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
     if live and run is not None:
         raise InputError('--live shows what runs now; leave the run away')
     shown = _live(port) if live else _recorded(run, port)
+    if port not in (0, shown.page.port):
+        print(f'port {port} is taken; {shown.page.port} is used')
     print(f'{shown.page.address}  (Ctrl-C ends)', flush=True)
     shown.serve()
 

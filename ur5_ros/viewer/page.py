@@ -47,9 +47,14 @@ class Page:
             self.curves = Curves(self.server, track)
 
     @property
+    def port(self) -> int:
+        """Return the port that the page is served on."""
+        return self._serving.port
+
+    @property
     def address(self) -> str:
         """Return where the page is."""
-        return f'http://127.0.0.1:{self._serving.port}'
+        return f'http://127.0.0.1:{self.port}'
 
     def show(self, track: Track, row: int) -> None:
         """Show one row of a track: pose, numbers, marks."""
