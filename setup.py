@@ -38,11 +38,13 @@ setup(
         shared('config/layouts', '*.*'),
         shared('launch', '*.launch.py'),
         # ros2 run and launch look for executables here; pip puts console scripts into bin/ alone.
-        (f'lib/{PACKAGE}', ['scripts/sim_node', 'scripts/control_node', 'scripts/ur5']),
+        (f'lib/{PACKAGE}', ['scripts/sim_node', 'scripts/control_node',
+                            'scripts/closed_loop', 'scripts/ur5']),
     ],
     entry_points={'console_scripts': [
         'sim_node = ur5_ros.nodes.sim_node:main',
         'control_node = ur5_ros.nodes.control_node:main',
+        'closed_loop = ur5_ros.nodes.closed_loop:main',
         'ur5 = ur5_ros.cli:main',
     ]},
     python_requires='>=3.10',

@@ -1,6 +1,7 @@
 """The node ``ur5_control``: states in, computed torque out."""
 
 import time
+from collections.abc import Callable, Collection
 from typing import Any
 
 from rclpy.node import Node
@@ -21,7 +22,7 @@ from ur5_ros.nodes.ros.background_executor import LoopRequests, poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Refusals, Throttle
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.ros.parameters import check_sections, declare
-from ur5_ros.nodes.ros.process import DONE, LOSS, fault, freeze_garbage
+from ur5_ros.nodes.ros.process import DONE, LOSS, fault
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.ros.topics import Topics, incompatible_publishers, make_loop
@@ -42,14 +43,18 @@ class ControlNode:
         Parameter files by path, as read.
     stop : StopRequest
         Asks it to end.
+    loop, elsewhere
+        As for the simulator.
 
     """
 
-    def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
+    def __init__(
+        self, files: dict[str, Any], stop: StopRequest,
+        loop: Callable[[Node, str], Any] = make_loop, elsewhere: Collection[str] = (),
+    ) -> None:
         self.node = Node(CONTROL_NODE)
         check_sections(files, self.node.get_fully_qualified_name())
-        self.parameters = declare(self.node, CONTROL_PARAMETERS)
-        self._stop = stop
+        self.parameters = declare(self.node, CONTROL_PARAMETERS, elsewhere)
         refuse_folder(self.parameters['bag'])
         self._logger = self.node.get_logger()
         # compiles and plans, before anything is heard
@@ -57,10 +62,9 @@ class ControlNode:
         self.recording = Recording(
             self.parameters['bag'], 'control', self.parameters['max_bagfile_duration'],
             self.parameters['max_bagfile_size'])
-        loop = make_loop(self.node, self.parameters['hot_loop'])
-        self._wait = loop.wait
-        self.requests = LoopRequests(loop.wake)
-        topics = self._topics = Topics(self.node, loop, self.recording, CONTROL_TOPICS)
+        self._loop = loop(self.node, self.parameters['hot_loop'])
+        self.requests = LoopRequests(self._loop.wake)
+        topics = self._topics = Topics(self.node, self._loop, self.recording, CONTROL_TOPICS)
         self._names = topics.names
         self.outputs = ControlOutputs(
             self.node, topics, self.recording, self.parameters, controller.arm.name)
@@ -81,21 +85,22 @@ class ControlNode:
         self._waiting_line = Throttle()
         offer_services(self.node, self)
         poll_graph(self.node, self._poll_graph)
-        loop.start()
-        self._loop = loop
+        self._loop.start()
 
-    def run(self) -> int:
-        """Answer states until asked to end; return the exit code."""
+    def begin(self) -> None:
+        """Say what is waited for."""
         self._tell_waiting()
-        freeze_garbage()
-        while not self._stop.reason:
-            for number, data in self._wait(POLL_PERIOD):
-                self._hear(number, data)
-            if self.requests:
-                self.requests.serve()
-            if self._every_second.due():
-                self._report()
-        return self._end()
+
+    def turn(self) -> bool:
+        """Answer the states that come; return whether any message has come."""
+        messages = self._loop.wait(POLL_PERIOD)
+        for number, data in messages:
+            self._hear(number, data)
+        if self.requests:
+            self.requests.serve()
+        if self._every_second.due():
+            self._report()
+        return bool(messages)
 
     def _hear(self, number: int, data: bytes) -> None:
         topic, record, take = self._heard[number]
@@ -192,15 +197,16 @@ class ControlNode:
         if self._waiting_line('waiting'):
             self._logger.info(f'waiting for states on {self._names["joint_states"]}')
 
-    def _end(self) -> int:
+    def end(self, reason: str) -> int:
+        """Close the bag, and return the exit code."""
         self.requests.close()
         self._loop.close()
         if self.recording.where and not self.recording.is_open and self.answering.first_at:
             self._open_bag(run_of(self.recording.where, new_run_name))
-        self._close_bag(self._stop.reason)
+        self._close_bag(reason)
         lost, failure = self.recording.lost, self.recording.failure
         if lost or failure:
             self._logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
-        self._logger.info(f'ends: {self._stop.reason}')
+        self._logger.info(f'ends: {reason}')
         self.node.destroy_node()  # tells the others, who would keep a ghost for seconds
         return LOSS if lost or failure else DONE

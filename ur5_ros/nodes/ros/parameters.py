@@ -1,6 +1,6 @@
 """Parameters as ROS knows them, from the declarations in :mod:`ur5_ros.config.parameters`."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,8 @@ from ur5_ros.errors import InputError
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 
 
-def declare(node: Node, parameters: Sequence[Parameter]) -> dict[str, Any]:
+def declare(node: Node, parameters: Sequence[Parameter],
+            elsewhere: Collection[str] = ()) -> dict[str, Any]:
     """
     Declare parameters with ranges and return a checked value for each.
 
@@ -31,6 +32,8 @@ def declare(node: Node, parameters: Sequence[Parameter]) -> dict[str, Any]:
         A node that has declared none of them yet.
     parameters : sequence of Parameter
         All that the node has.
+    elsewhere : collection of str
+        Names given to all nodes of the process that another one declares.
 
     Returns
     -------
@@ -46,6 +49,9 @@ def declare(node: Node, parameters: Sequence[Parameter]) -> dict[str, Any]:
     # rclpy has no public way to ask for the names of overrides that nobody declared
     given = {name: _plain(override.value) for name, override in node._parameter_overrides.items()
              if name not in _OF_EVERY_NODE and not name.startswith('qos_overrides.')}
+    declared = {each.name for each in parameters}
+    given = {name: value for name, value in given.items()
+             if name in declared or name not in elsewhere}
     values = complete(tuple(parameters), given)
     node.declare_parameters(
         '', [(each.name, values[each.name], _descriptor(each)) for each in parameters],
@@ -153,7 +159,7 @@ def read_files(arguments: Sequence[str]) -> dict[str, Any]:
     return files
 
 
-def check_sections(files: Mapping[str, Any], node_name: str) -> None:
+def check_sections(files: Mapping[str, Any], *node_names: str) -> None:
     """
     Refuse parameter files that say nothing to a node: rcl reads past them in silence.
 
@@ -161,21 +167,21 @@ def check_sections(files: Mapping[str, Any], node_name: str) -> None:
     ----------
     files : mapping
         From :func:`read_files`.
-    node_name : str
-        Fully qualified name of the node.
+    *node_names : str
+        Fully qualified names of the nodes of the process.
 
     Raises
     ------
     InputError
-        If a file has no section for the node.
+        If a file has no section for any of them.
 
     """
     for path, data in files.items():
         sections = list(_sections(data, ''))
-        if not any(matches(section, node_name) for section in sections):
-            found = ', '.join(sections) or 'none'
-            raise InputError(f'{path}: no section for {node_name} (sections: {found}); '
-                             f'rename one to {node_name}, or to /**')
+        if not any(matches(section, name) for section in sections for name in node_names):
+            found, name = ', '.join(sections) or 'none', ' or '.join(node_names)
+            raise InputError(f'{path}: no section for {name} (sections: {found}); '
+                             f'rename one to {node_names[0]}, or to /**')
 
 
 def matches(section: str, node_name: str) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
+import rclpy.logging
 from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
@@ -57,8 +58,9 @@ def run_node(
     Parameters
     ----------
     create : callable
-        Makes the node from its parameter files and the request to stop; the node has ``run()``,
-        which returns the exit code.
+        Makes the node from its parameter files and the request to stop; the node has ``begin()``,
+        ``turn()``, which is called until the request has a reason, and ``end(reason)``, which
+        returns the exit code.
     stop : StopRequest
         Listens to the signals already.
     arguments : sequence of str, optional
@@ -112,7 +114,21 @@ def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest
         if type(error).__module__.startswith('rclpy'):
             raise InputError(_one_line(error)) from None
         raise
-    return node.run()
+    return _turns(node, stop)
+
+
+def _turns(node: Any, stop: StopRequest) -> int:
+    freeze_garbage()
+    try:
+        node.begin()
+        while not stop.reason:
+            node.turn()
+    except InputError as error:
+        tell_refusal(sys.argv, error)
+        return max(REFUSED, node.end(str(error)))
+    except Exception as error:
+        return max(FAULT, node.end(fault(rclpy.logging.get_logger('ur5_ros'), error)))
+    return node.end(stop.reason)
 
 
 def _one_line(error: Exception) -> str:

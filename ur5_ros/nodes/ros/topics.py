@@ -75,7 +75,7 @@ class Topics:
 
 
 def make_loop(node: Node, kind: str) -> Any:
-    """Return the loop that the parameter ``hot_loop`` names."""
+    """Return the loop of a node that has a thread for itself: ``hot_loop`` names it."""
     return {'wait_set': WaitSetLoop, 'executor': ExecutorLoop}[kind](node)
 
 

@@ -62,6 +62,7 @@ class WaitSetLoop:
         self._serving: BackgroundExecutor | None = None
         self.asked = False
         """Whether a watched service may have a request since the last wait."""
+        self.context = node.context
         self._guard = node.create_guard_condition(_nothing, self._group)
         self._wait_set: Any = None
         self._hot: list[int] = []
@@ -167,20 +168,18 @@ class WaitSetLoop:
         for handle in self._hot_handles:
             wait_set.add_subscription(handle)
         wait_set.wait(int(seconds * 1e9))
-        messages = []
-        for index in self._hot:
-            taken = self._takes[index](self._types[index], True)
-            if taken is not None:
-                messages.append((index, taken[0]))
-        return messages
+        return self._take(self._hot)
 
     def take(self) -> list[Message]:
         """Return at most one message of each subscription, without a wait."""
         self.asked = True
         if self._wait_set is None:
             self._arm()
+        return self._take(self._indices)
+
+    def _take(self, indices: list[int]) -> list[Message]:
         messages = []
-        for index in self._indices:
+        for index in indices:
             taken = self._takes[index](self._types[index], True)
             if taken is not None:
                 messages.append((index, taken[0]))

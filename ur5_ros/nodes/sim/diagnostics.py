@@ -14,9 +14,13 @@ def check_publishers(sim: Any) -> None:
         names[topic] = [(each.node_namespace.rstrip('/') + '/' + each.node_name)
                         for each in found]
     deaf = incompatible_publishers(sim.node, sim.topics)
+    simulators = [each.node_namespace.rstrip('/') + '/' + each.node_name
+                  for each in sim.node.get_publishers_info_by_topic(
+                      sim.topics.names['joint_states'])]
 
     def tell() -> None:
         sim.gate.publishers(names)
+        sim.second_simulator = simulators[-1] if len(simulators) > 1 else ''
         sim.publishers_conflict |= sum(map(len, names.values())) > 1
         for sentence in deaf:
             sim.inputs.refusals.add(*sentence)

@@ -50,8 +50,16 @@ class SimLoop:
         self._gate.published(1)
         self._gate.resumed()
 
-    def turn(self) -> None:
-        """Hear what has come or comes within the wait, then take a period if one is due."""
+    def turn(self) -> bool:
+        """
+        Hear what has come or comes within the wait, then take a period if one is due.
+
+        Returns
+        -------
+        bool
+            Whether a message or a period was taken.
+
+        """
         simulation, gate = self._simulation, self._gate
         heard = self._inputs.receive(self._wait)
         decision = gate.next() if simulation.may_step else PAUSED
@@ -63,6 +71,7 @@ class SimLoop:
             simulation.outputs.state_again()
         self._wait = self._time_to_wait(decision)
         simulation.send_events(gate)
+        return heard or decision.step
 
     def _time_to_wait(self, decision: Decision) -> float:
         """Return the longest wait [s] for the next message."""

@@ -1,6 +1,7 @@
 """The node ``ur5_sim``: torques in, states out, and nothing that the equations do not know."""
 
 import time
+from collections.abc import Callable, Collection
 from typing import Any
 
 from rclpy.node import Node
@@ -14,7 +15,7 @@ from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
 from ur5_ros.nodes.ros.parameters import check_sections, declare
-from ur5_ros.nodes.ros.process import DONE, FAULT, LOSS, fault, freeze_garbage
+from ur5_ros.nodes.ros.process import DONE, LOSS
 from ur5_ros.nodes.ros.recording import Recording, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.ros.topics import Topics, make_loop
@@ -40,13 +41,20 @@ class Simulator:
         Parameter files by path, as read.
     stop : StopRequest
         Asks it to end.
+    loop : callable
+        Makes the loop that its messages go through; by default as ``hot_loop`` names it.
+    elsewhere : collection of str
+        Parameters that another node of the process declares: given to all, they are not for this.
 
     """
 
-    def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
+    def __init__(
+        self, files: dict[str, Any], stop: StopRequest,
+        loop: Callable[[Node, str], Any] = make_loop, elsewhere: Collection[str] = (),
+    ) -> None:
         self.node = Node(SIM_NODE)
         check_sections(files, self.node.get_fully_qualified_name())
-        parameters = self.parameters = declare(self.node, SIM_PARAMETERS)
+        parameters = self.parameters = declare(self.node, SIM_PARAMETERS, elsewhere)
         if self.node.get_parameter('use_sim_time').value:
             raise InputError('use_sim_time is true, but this node makes the time; leave it false')
         self.stop = stop
@@ -55,14 +63,14 @@ class Simulator:
         plant = plant_from_parameters(parameters)
         self.recording = Recording(parameters['bag'], 'sim', parameters['max_bagfile_duration'],
                                    parameters['max_bagfile_size'])
-        loop = make_loop(self.node, parameters['hot_loop'])
-        topics = self.topics = Topics(self.node, loop, self.recording, SIM_TOPICS)
+        self._loop = loop(self.node, parameters['hot_loop'])
+        topics = self.topics = Topics(self.node, self._loop, self.recording, SIM_TOPICS)
         self.outputs = SimOutputs(self.node, topics, self.recording, parameters, plant.arm.name)
         self.simulation = Simulation(plant, self.outputs, self.logger, parameters)
         self.gate = CommandGate([parameters['tf_prefix'] + name for name in JOINT_NAMES],
                                 parameters, time.monotonic)
-        self.steps = StepQueue(self.node, loop)
-        self.inputs = SimInputs(loop, topics, self.recording, self.simulation, self.gate,
+        self.steps = StepQueue(self.node, self._loop)
+        self.inputs = SimInputs(self._loop, topics, self.recording, self.simulation, self.gate,
                                 self.steps, parameters)
         self.recording.begin(self.run_name, describe(
             'sim', self.run_name, plant.arm.name, arm_text(parameters['arm']), parameters,
@@ -73,31 +81,26 @@ class Simulator:
         self._every_second = EverySecond()
         self.publishers_conflict = False
         """Whether two nodes ever commanded the arm at once."""
+        self.second_simulator = ''
+        """Name of a node that publishes on the same topic of states; empty = none."""
         self.waiting_line = Throttle()
         poll_graph(self.node, lambda: check_publishers(self))
-        loop.start()
-        self._loop = loop
+        self._loop.start()
 
-    def run(self) -> int:
-        """Simulate until the end; return the exit code."""
+    def begin(self) -> None:
+        """Send state 1."""
         where = self.recording.folder or 'nowhere'
         self.logger.info(f'run {self.run_name}, recorded in {where}')
-        freeze_garbage()
-        try:
-            self._run()
-        except Exception as error:
-            return max(FAULT, self._end(fault(self.logger, error)))
-        return self._end(self.stop.reason)
-
-    def _run(self) -> None:
-        simulation, turn, every_second = self.simulation, self._turns.turn, self._every_second
         self._turns.begin()
-        while not self.stop.reason:
-            turn()
-            if simulation.finished:
-                self.stop.ask('stop_after')
-            if every_second.due():
-                report(self)
+
+    def turn(self) -> bool:
+        """Take a period, or hear what comes; return whether there was anything to do."""
+        busy = self._turns.turn()
+        if self.simulation.finished:
+            self.stop.ask('stop_after')
+        if self._every_second.due():
+            report(self)
+        return busy
 
     def pause(self, wanted: bool) -> str:
         """Stop or let go simulated time."""
@@ -120,7 +123,8 @@ class Simulator:
                 self.simulation.plant.change(name, value)
         self.simulation.send_events(self.simulation.plant)
 
-    def _end(self, reason: str) -> int:
+    def end(self, reason: str) -> int:
+        """Bring the arm to rest, close the bag, and return the exit code."""
         self.inputs.requests.close()
         if reason == self.stop.reason != 'stop_after':
             self.simulation.rest()
