@@ -25,7 +25,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ur5_ros.launcher.node_processes import _yaml, free_domain, private_environment
 
 SHARED_MEMORY = Path('/dev/shm')
-MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
+MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node',
+           'closed_loop': 'ur5_ros.nodes.closed_loop'}
 
 #: Wall time after which a condition that has not come true fails a test [s].
 PATIENCE = 60.0

@@ -26,8 +26,8 @@ from ur5_ros.loop.run_config import run_config
 OWN = {'/diagnostics', '/ur5_sim/run'}
 
 
-@pytest.fixture(scope='module')
-def both(tmp_path_factory):
+@pytest.fixture(scope='module', params=['two processes', 'one process'])
+def both(request, tmp_path_factory):
     """The same plan recorded by the nodes, beside a busy loop, and by the loop."""
     folder = tmp_path_factory.mktemp('runs')
     plan = run_config(duration=1.5)
@@ -35,11 +35,12 @@ def both(tmp_path_factory):
     told = []
     try:
         (folder / 'nodes').mkdir()
-        seconds = run_two_nodes(plan, folder / 'nodes', told.append)
+        seconds = run_two_nodes(plan, folder / 'nodes', told.append,
+                                request.param == 'one process')
     finally:
         busy.kill()
         busy.wait()
-    assert seconds > 0.0 and told == sorted(told) and told[-1] <= 1.5
+    assert seconds > 0.0 and told == sorted(told) and all(each <= 1.5 for each in told)
     run_closed_loop(plan, folder / 'loop')
     return folder / 'nodes', folder / 'loop'
 
@@ -85,12 +86,14 @@ def test_growth_stops_at_what_is_not_yet_written(both, tmp_path):
     assert 0 < counts[1] < counts[2] < 1500
 
 
-def test_a_node_that_ends_early_is_told_with_its_own_words(tmp_path):
+@pytest.mark.parametrize('composed', [False, True])
+def test_a_node_that_ends_early_is_reported_with_its_own_words(composed, tmp_path):
     plan = run_config(duration=0.5)
     plan.control['experiment'] = 'fig12'
     with pytest.raises(InputError, match='fig12'):
-        run_two_nodes(plan, tmp_path)
-    assert 'fig12' in (tmp_path / 'control.log').read_text()
+        run_two_nodes(plan, tmp_path, composed=composed)
+    log = 'closed_loop.log' if composed else 'control.log'
+    assert 'fig12' in (tmp_path / log).read_text()
 
 
 def test_children_end_with_their_parent_even_when_it_is_killed(tmp_path):

@@ -66,10 +66,12 @@ def demo(
     run: Annotated[Path | None, typer.Option(
         metavar='FOLDER', help='Run folder; it must not exist.')] = None,
     gui: Annotated[bool, typer.Option('--gui', help="Open PyBullet's window.")] = False,
+    composed: Annotated[bool, typer.Option('--composed', help='Both nodes in one process.')]
+    = False,
 ) -> int:
     """Run both nodes on the paper's experiment and judge it."""
     from ur5_ros.cli import demo as work
-    return work.demo(experiment, arm, control_arm, control_rate, run, gui)
+    return work.demo(experiment, arm, control_arm, control_rate, run, gui, composed)
 
 
 @app.command()

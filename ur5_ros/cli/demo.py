@@ -15,7 +15,7 @@ from ur5_ros.loop.run_config import run_config
 
 def demo(
     experiment: str, arm: str, control_arm: str | None, control_rate: int, run: Path | None,
-    gui: bool,
+    gui: bool, composed: bool = False,
 ) -> int:
     """Run and judge an experiment; see ``ur5 demo --help``."""
     plan = run_config(experiment, arm, control_arm, control_rate, sim={'gui': gui})
@@ -28,7 +28,7 @@ def demo(
     out.print(f'{experiment}: {plan.duration:g} s at {control_rate} Hz, arm {arm}, law of '
               f'{control_arm or arm}; recording into {folder}', soft_wrap=True)
     with terminal.progress('simulating', plan.duration, 's') as advance:
-        seconds = run_two_nodes(plan, folder, advance)
+        seconds = run_two_nodes(plan, folder, advance, composed)
     out.print(f'{plan.duration:g} s in {seconds:.1f} s of wall clock: '
               f'{plan.duration / seconds:.1f} times real time', soft_wrap=True)
     result = judge.judge(folder)

@@ -1,4 +1,4 @@
-"""One run by the two nodes as processes, in lockstep; the caller needs no ROS."""
+"""One run by both nodes, as two processes or as one; the caller needs no ROS."""
 
 import shutil
 import tempfile
@@ -6,7 +6,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from ur5_ros.bag.reader import open_bag
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
+from ur5_ros.config.topics import CONTROL_NODE, SIM_NODE
 from ur5_ros.errors import InputError
 from ur5_ros.launcher.node_processes import GRACE, NodeProcesses, shared_core
 from ur5_ros.launcher.progress import BagGrowth
@@ -17,11 +19,14 @@ START_TIMEOUT = 120.0
 
 _DEFAULTS = {'sim': complete(SIM_PARAMETERS, {}), 'control': complete(CONTROL_PARAMETERS, {})}
 
-_NODES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
+#: Process to its module, and to what stands before the parameters of each node in it.
+_TWO = {'sim': ('sim_node', {'sim': ''}), 'control': ('control_node', {'control': ''})}
+_ONE = {'closed_loop': ('closed_loop', {'sim': f'{SIM_NODE}:', 'control': f'{CONTROL_NODE}:'})}
 
 
 def run_two_nodes(
     plan: Plan, folder: Path, progress: Callable[[float], None] = lambda seconds: None,
+    composed: bool = False,
 ) -> float:
     """
     Run both nodes until the simulator has reached the end, recording into ``folder``.
@@ -33,12 +38,14 @@ def run_two_nodes(
     folder : Path
         Run folder, which exists and is empty.
     progress : callable, optional
-        Is told the simulated time [s] every tenth of a second.
+        Gets the simulated time [s] every tenth of a second.
+    composed : bool
+        Run both nodes in one process.
 
     Returns
     -------
     float
-        Wall-clock time from the first state to the last [s].
+        Wall-clock time from the first state that was answered to the last state [s].
 
     Raises
     ------
@@ -50,42 +57,44 @@ def run_two_nodes(
     with tempfile.TemporaryDirectory(prefix='ur5-run-') as logs, \
             NodeProcesses(Path(logs)) as nodes:
         nodes.environment.setdefault('ROS_LOG_DIR', logs)
-        if plan.sim['lockstep']:
+        processes = _ONE if composed else _TWO
+        if plan.sim['lockstep'] and not composed:
             nodes.environment.setdefault('UR5_ROS_CORE', shared_core())
-        for name, module in _NODES.items():
-            bag = str((folder / name).absolute())
-            given = {key: value for key, value in parameters[name].items()
-                     if value != _DEFAULTS[name][key]}
-            nodes.start(name, module, {**given, 'bag': bag})
+        for process, (module, prefixes) in processes.items():
+            given = {prefix + key: value for node, prefix in prefixes.items()
+                     for key, value in parameters[node].items() if value != _DEFAULTS[node][key]}
+            given |= {f'{prefix}bag': str((folder / node).absolute())
+                      for node, prefix in prefixes.items()}
+            nodes.start(process, f'ur5_ros.nodes.{module}', given)
         try:
-            seconds = _watch(nodes, BagGrowth(folder / 'sim'), plan, progress)
-            for name in _NODES:
-                code = nodes.end(name)
+            _watch(nodes, list(processes), BagGrowth(folder / 'sim'), plan, progress)
+            for process, (module, _) in processes.items():
+                code = nodes.end(process)
                 if code != 0:
-                    raise InputError(f'{name}_node ended with code {code}: '
-                                     f'{nodes.last_log_line(name)}')
+                    raise InputError(f'{module} ended with code {code}: '
+                                     f'{nodes.last_log_line(process)}')
         finally:
-            for name in _NODES:
-                shutil.copy(Path(logs) / f'{name}.log', folder)
-    return seconds
+            for process in processes:
+                shutil.copy(Path(logs) / f'{process}.log', folder)
+    times = open_bag(folder / 'sim').columns('/joint_states').log_time
+    return float(times[-1] - times[1]) * 1e-9 if len(times) > 2 else 0.0
 
 
-def _watch(nodes: NodeProcesses, growth: BagGrowth, plan: Plan,
-           progress: Callable[[float], None]) -> float:
-    """Wait for the simulator's end; return the wall-clock time since the first states [s]."""
-    began = moved = time.monotonic()
-    states = 0
-    while nodes.wait('sim', 0.1) is None:
+def _watch(nodes: NodeProcesses, processes: list[str], growth: BagGrowth, plan: Plan,
+           progress: Callable[[float], None]) -> None:
+    """Wait for the simulator's end."""
+    sim, *others = processes
+    moved, states = time.monotonic(), 0
+    while nodes.wait(sim, 0.1) is None:
         now = time.monotonic()
         if growth.messages() > states:
-            began = now if states == 0 else began
             states, moved = growth.messages(), now
             progress(min(states / plan.sim['control_rate'], plan.duration))
-        code = nodes.poll('control')
-        if code is not None and nodes.wait('sim', GRACE) is None:
-            raise InputError(f'control_node ended with code {code}: '
-                             f'{nodes.last_log_line("control")}')
+        for other in others:
+            code = nodes.poll(other)
+            if code is not None and nodes.wait(sim, GRACE) is None:
+                raise InputError(f'{other}_node ended with code {code}: '
+                                 f'{nodes.last_log_line(other)}')
         if now - moved > START_TIMEOUT:
-            raise InputError(f'no new state for {START_TIMEOUT:g} s; sim_node says: '
-                             f'{nodes.last_log_line("sim")}')
-    return time.monotonic() - began
+            raise InputError(f'no new state for {START_TIMEOUT:g} s; the simulator reports: '
+                             f'{nodes.last_log_line(sim)}')

@@ -5,6 +5,7 @@ from typing import Any
 from rclpy.node import Node
 
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS
+from ur5_ros.config.topics import CONTROL_NODE, SIM_NODE
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.control.node import ControlNode
 from ur5_ros.nodes.ros.parameters import check_sections
@@ -12,8 +13,8 @@ from ur5_ros.nodes.ros.shared_wait import SharedLoop, SharedWait
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.sim.node import Simulator
 
-_NAMES = {'ur5_sim': {each.name for each in SIM_PARAMETERS},
-          'ur5_control': {each.name for each in CONTROL_PARAMETERS}}
+_NAMES = {SIM_NODE: {each.name for each in SIM_PARAMETERS},
+          CONTROL_NODE: {each.name for each in CONTROL_PARAMETERS}}
 
 
 class ComposedNodes:
@@ -41,8 +42,8 @@ class ComposedNodes:
         self._wait = SharedWait()
         given = _given_to_both(files)
         # the controller first: it opens no bag before the simulator has named the run
-        self._control = ControlNode({}, stop, self._loop, given & _NAMES['ur5_sim'])
-        self._sim = Simulator({}, stop, self._loop, given & _NAMES['ur5_control'])
+        self._control = ControlNode({}, stop, self._loop, given & _NAMES[SIM_NODE])
+        self._sim = Simulator({}, stop, self._loop, given & _NAMES[CONTROL_NODE])
 
     def begin(self) -> None:
         """Send state 1."""

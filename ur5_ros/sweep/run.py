@@ -153,7 +153,7 @@ def _by_loop(plan: Plan, folder: Path | None) -> Run:
 def _by_nodes(plan: Plan, folder: Path) -> Run:
     from ur5_ros.analysis.data.load import load_run  # the bags are read here alone
     folder.mkdir(parents=True)
-    run_two_nodes(plan, folder)
+    run_two_nodes(plan, folder, composed=True)
     return load_run(folder)
 
 
