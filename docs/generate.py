@@ -75,8 +75,8 @@ def cli() -> str:
     command = get_command(app)
     lines = ['# The command `ur5`', '',
              'Written by `docs/generate.py` from `ur5_ros/cli`. ' + (command.help or ''), '',
-             'Exit code 0: yes. 1: judged and failed, or the two differ. 2: bad input or usage, '
-             'nothing readable. 3: done, with loss.', '']
+             'Exit code 0: passed, or done. 1: judged and failed, or the two differ. 2: bad input '
+             'or nothing readable. 3: done, with loss. 4: an internal error.', '']
     for name, each in command.commands.items():
         if each.hidden:
             continue

@@ -9,6 +9,8 @@ import sys
 
 import pytest
 
+from ur5_ros.cli.run import run
+
 COMMANDS = ('demo', 'validate', 'compare', 'replay', 'resimulate', 'recontrol', 'import',
             'identify', 'recover', 'sweep', 'view', 'render', 'urdf')
 
@@ -30,6 +32,13 @@ def test_help_imports_no_simulator_no_ros_and_no_compiler():
             'sys.exit(",".join(slow & set(sys.modules)) or 0)')
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_defect_of_the_package_is_no_verdict(monkeypatch, capfd):
+    monkeypatch.setattr('ur5_ros.viewer.view', lambda *_: 1 / 0)
+    assert run(['view']) == 4
+    text = capfd.readouterr().err
+    assert 'Traceback' in text and text.splitlines()[-1].startswith('ur5: internal error: Zero')
 
 
 def test_version_is_the_packages(ur5):

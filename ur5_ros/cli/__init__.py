@@ -1,4 +1,4 @@
-"""The command ``ur5``: one module per group of commands, each imported when it is asked for."""
+"""The command ``ur5``: one module per group of commands, each imported when it is used."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Every command of ``ur5`` with its options; the work is imported when it is asked for."""
+"""Every command of ``ur5`` with its options; each command imports what it needs."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +9,8 @@ import typer
 app = typer.Typer(
     name='ur5', rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={'help_option_names': ['-h', '--help'], 'max_content_width': 99},
-    help='Torque control of simulated UR arms. Exit 0 yes, 1 no, 2 bad input, 3 loss.')
+    help='Torque control of simulated UR arms. Exit codes: 0 passed or done, 1 failed, '
+    '2 bad input, 3 done with loss, 4 internal error.')
 
 
 def _names(kind: str) -> Callable[[str], list[str]]:
@@ -26,16 +27,16 @@ _arms, _experiments = _names('arms'), _names('experiments')
 Run = Annotated[Path, typer.Argument(metavar='RUN', help='Run folder.', show_default=False)]
 ArmName = Annotated[str | None, typer.Option(
     '--arm', metavar='NAME', autocompletion=_arms,
-    help='Arm of the simulator, where the bag does not say.')]
+    help='Arm of the simulator, where the bag names none.')]
 ControlArm = Annotated[str | None, typer.Option(
     '--control-arm', metavar='NAME', autocompletion=_arms,
-    help="The law's arm, where the bag does not say.")]
+    help='Arm of the controller, where the bag names none.')]
 Json = Annotated[Path | None, typer.Option('--json', metavar='FILE', help='Result as JSON.')]
 Html = Annotated[Path | None, typer.Option('--html', metavar='FILE', help='Report, one file.')]
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
+def _show_version(given: bool) -> None:
+    if given:
         from ur5_ros import __version__
         print(f'ur5 {__version__}')
         raise typer.Exit()
@@ -60,7 +61,7 @@ def demo(
         metavar='NAME', autocompletion=_arms, help='Arm to simulate.')] = 'ur5',
     control_arm: Annotated[str | None, typer.Option(
         metavar='NAME', autocompletion=_arms,
-        help="The law's arm; another one is the robustness experiment.")] = None,
+        help='Arm of the controller; another one: robustness experiment.')] = None,
     control_rate: Annotated[int, typer.Option(metavar='HZ', help='Control periods a second.')]
     = 1000,
     run: Annotated[Path | None, typer.Option(
@@ -83,7 +84,7 @@ def validate(
     arm: ArmName = None,
     control_arm: ControlArm = None,
     kp: Annotated[str | None, typer.Option(
-        metavar='N[,N...]', help='Position gain, where the bag does not say: 1, 6 or 36.')] = None,
+        metavar='N[,N...]', help='Position gain, where the bag has none: 1, 6 or 36.')] = None,
     kd: Annotated[str | None, typer.Option(
         metavar='N[,N...]', help='Velocity gain, likewise.')] = None,
     marks: Annotated[Path | None, typer.Option(
@@ -94,7 +95,7 @@ def validate(
     junit: Annotated[Path | None, typer.Option(
         '--junit', metavar='FILE', help='Result as JUnit XML.')] = None,
 ) -> int:
-    """Judge a run from its bags alone."""
+    """Judge a run by its bags alone."""
     from ur5_ros.cli import judge
     return judge.validate(run, folder, arm, control_arm, kp, kd, marks, json, html, junit)
 
@@ -105,7 +106,7 @@ def compare(
     run_b: Annotated[Path, typer.Argument(metavar='RUN_B', show_default=False)],
     json: Json = None,
 ) -> int:
-    """Tell whether two runs are the same, and where they part."""
+    """Compare two runs: where do they start to differ?"""
     from ur5_ros.cli import judge
     return judge.compare(run_a, run_b, json)
 
@@ -159,7 +160,7 @@ def identify(
     out: Annotated[Path | None, typer.Option(
         '-o', '--out', metavar='FILE', help='Arm file to write.')] = None,
     test: Annotated[Path | None, typer.Option(
-        '--test', metavar='RUN', help='Run that the result is tried on.')] = None,
+        '--test', metavar='RUN', help='Run to test the result on.')] = None,
     arm: ArmName = None,
     json: Json = None,
 ) -> int:
@@ -175,7 +176,7 @@ def recover(
         '-o', '--out', metavar='FOLDER', help='Where to write; RUN.recovered by default.')] = None,
     json: Json = None,
 ) -> int:
-    """Mend a bag that a crash left; the original stays."""
+    """Repair a bag after a crash; the original stays."""
     from ur5_ros.cli import bags
     return bags.recover(run, out, json)
 
@@ -196,7 +197,7 @@ def sweep(
     only: Annotated[int | None, typer.Option(
         metavar='I', help='Repeat this one run and keep its bags.')] = None,
 ) -> int:
-    """Run thousands of runs; the same command resumes."""
+    """Run an experiment many times; the same command resumes."""
     from ur5_ros.cli import sweeps
     if spec == 'report':
         return sweeps.report(folder)
@@ -231,6 +232,6 @@ def urdf(
         metavar='NAME', autocompletion=_arms, help='Arm: a name or a file.')] = 'ur5',
     tf_prefix: Annotated[str, typer.Option(metavar='TEXT', help='Put before every name.')] = '',
 ) -> int:
-    """Print the URDF that everything uses, made from the arm file."""
+    """Print the URDF of an arm, made from its arm file."""
     from ur5_ros.cli import pictures
     return pictures.urdf(arm, tf_prefix)

@@ -1,9 +1,9 @@
 """Commands on bags: replay, import, recover."""
 
-import json as json_format
 from pathlib import Path
 
 from ur5_ros.cli.exit_codes import WITH_LOSS, YES
+from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
 
 
@@ -27,13 +27,12 @@ def replay(
 
 
 def recover(run: Path, out: Path | None, json: Path | None) -> int:
-    """Mend a bag; exit 3 when something of it is lost for good."""
-    from ur5_ros.bag.recovery import recover as mend
-    found = mend(run, out)
+    """Repair a bag; exit 3 when a part of it is lost for good."""
+    from ur5_ros.bag.recovery import recover as repair
+    found = repair(run, out)
     for sentence in found.sentences():
         print(sentence)
-    if json is not None:
-        json.write_text(json_format.dumps(found.to_plain(), indent=2) + '\n', encoding='utf-8')
+    write_json(found.to_plain(), json)
     return YES if found.intact else WITH_LOSS
 
 

@@ -1,6 +1,5 @@
 """The command ``ur5 validate --all``: every run below a folder, one line each."""
 
-import json as json_format
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from rich.text import Text
 from ur5_ros.analysis.result import FAIL, PASS
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import BAD_INPUT, NO, YES
+from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.batch_validation import UNREADABLE, Judgement, judge_all
 
@@ -46,10 +46,8 @@ def validate_all(
             advance(len(judgements))
     judgements.sort(key=lambda judgement: judgement.folder)
     _show(judgements)
-    if json is not None:
-        json.write_text(json_format.dumps(
-            {'format': 'ur5_ros validation of a folder', 'version': 1, 'folder': str(folder),
-             'runs': [{**judgement._asdict()} for judgement in judgements]}, indent=2) + '\n')
+    write_json({'format': 'ur5_ros validation of a folder', 'version': 1, 'folder': str(folder),
+                'runs': [{**judgement._asdict()} for judgement in judgements]}, json)
     if junit is not None:
         _write_junit(judgements, junit)
     verdicts = {judgement.verdict for judgement in judgements}

@@ -8,5 +8,7 @@ BAD_INPUT = 2
 """Bad input or usage; nothing readable."""
 WITH_LOSS = 3
 """Done, with loss."""
+INTERNAL_ERROR = 4
+"""A defect of this package."""
 INTERRUPTED = 130
 """Ended by Ctrl-C."""

@@ -1,6 +1,5 @@
 """The command ``ur5 identify``: inertia and friction of a recorded arm."""
 
-import json as json_format
 from pathlib import Path
 
 from rich.table import Table
@@ -12,6 +11,7 @@ from ur5_ros.analysis.identification.identify import Identified
 from ur5_ros.analysis.identification.identify import identify as fit
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
+from ur5_ros.cli.json_file import write_json
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
@@ -32,7 +32,7 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, arm: str | N
         write_arm(found, out)
         print(f'written: {out}')
     if json is not None:
-        json.write_text(json_format.dumps(found.to_plain(), indent=2) + '\n', encoding='utf-8')
+        write_json(found.to_plain(), json)
         print(f'written: {json}')
     return YES
 

@@ -1,6 +1,5 @@
 """Commands that judge bags: validate and compare."""
 
-import json as json_format
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from ur5_ros.analysis.validate import validate as validate_run
 from ur5_ros.bag.run_folders import newest_run
 from ur5_ros.cli import batch, terminal
 from ur5_ros.cli.exit_codes import NO, YES
+from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.batch_validation import marks_of
 
@@ -115,9 +115,7 @@ def compare(run_a: Path, run_b: Path, json: Path | None) -> int:
         out.print('the same run, within 1e-9, on another kind of machine')
     else:
         out.print('different runs')
-    if json is not None:
-        json.write_text(json_format.dumps(
-            {**found.to_plain(), 'verdicts': verdicts}, indent=2) + '\n', encoding='utf-8')
+    write_json({**found.to_plain(), 'verdicts': verdicts}, json)
     return YES if found.same else NO
 
 

@@ -1,12 +1,12 @@
 """Commands that repeat a recording: resimulate and recontrol."""
 
-import json as json_format
 from collections.abc import Callable
 from pathlib import Path
 
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.cli.exit_codes import NO, YES
+from ur5_ros.cli.json_file import write_json
 from ur5_ros.loop.repeat import Repetition
 from ur5_ros.loop.repeat import recontrol as recontrolled
 from ur5_ros.loop.repeat import resimulate as resimulated
@@ -26,8 +26,6 @@ def _repeat(folder: Path, repeat: Callable[[Run], Repetition], json: Path | None
     run = load_run(folder)
     found = repeat(run)
     print(f'{run.name}: {found.sentence}')
-    if json is not None:
-        json.write_text(json_format.dumps(
-            {'format': 'ur5_ros repetition', 'version': 1, 'run': run.name, 'equal': found.equal,
-             **found._asdict()}, indent=2) + '\n', encoding='utf-8')
+    write_json({'format': 'ur5_ros repetition', 'version': 1, 'run': run.name,
+                'equal': found.equal, **found._asdict()}, json)
     return YES if found.equal else NO

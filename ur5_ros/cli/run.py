@@ -2,11 +2,12 @@
 
 import os
 import sys
+import traceback
 
 import typer
 
 from ur5_ros.cli.app import app
-from ur5_ros.cli.exit_codes import BAD_INPUT, INTERRUPTED, YES
+from ur5_ros.cli.exit_codes import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, YES
 from ur5_ros.errors import InputError
 
 
@@ -22,7 +23,8 @@ def run(arguments: list[str]) -> int:
     Returns
     -------
     int
-        The exit code; a user's mistake is one line on stderr and code 2, never a traceback.
+        The exit code; a user's mistake is one line on stderr and code 2, never a traceback. A
+        defect of this package shows its traceback and is code 4.
 
     """
     try:
@@ -49,11 +51,16 @@ def run(arguments: list[str]) -> int:
     except OSError as error:
         where = f'{error.filename}: ' if error.filename else ''
         return _complain(f'{where}{error.strerror or error}', BAD_INPUT)
+    except Exception as error:
+        traceback.print_exc()
+        return _complain(f'internal error: {type(error).__name__}: {error}; please report it '
+                         'with the lines above', INTERNAL_ERROR)
 
 
 def _command(arguments: list[str]) -> str:
     """Return the command that a command line asks for, as far as it is one."""
-    names = {each.name or each.callback.__name__ for each in app.registered_commands}
+    names = {each.name or getattr(each.callback, '__name__', '')
+             for each in app.registered_commands}
     return f'ur5 {arguments[0]}' if arguments[0] in names else 'ur5'
 
 

@@ -16,10 +16,10 @@ _COLOUR = {'pass': 'green', 'fail': 'bold red', 'not applicable': 'dim'}
 
 
 class Advance(Protocol):
-    """Tells a progress bar how far the work is."""
+    """Moves a progress bar."""
 
     def __call__(self, done: float, total: float | None = None) -> None:
-        """Set what is done, and the whole if it has changed."""
+        """Set the amount that is done, and the total if it has changed."""
 
 
 def console() -> Console:

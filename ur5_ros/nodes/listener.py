@@ -18,7 +18,7 @@ _LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
 
 
 class Sample(NamedTuple):
-    """One joint state, and what the law wanted last."""
+    """One joint state, and the newest reference."""
 
     t: float
     """Stamp [s]."""
@@ -26,15 +26,15 @@ class Sample(NamedTuple):
     """Positions [rad], shape (6,)."""
     effort: np.ndarray
     """Efforts [N m], shape (6,); NaN where none is published."""
-    wanted: np.ndarray
-    """Wanted positions [rad], shape (6,); NaN where no reference is published."""
+    reference: np.ndarray
+    """Reference positions [rad], shape (6,); NaN where no reference is published."""
 
 
 class Listener:
     """
     Three subscriptions that keep the newest message each and are never spun.
 
-    Best effort, so that a simulator in lockstep never waits for who only watches.
+    Best effort, so that a simulator in lockstep never waits for a viewer.
 
     """
 
@@ -48,7 +48,7 @@ class Listener:
             JointTrajectory, '/ur5_control/reference', nothing, _NEWEST)
         self._description = self._node.create_subscription(
             String, '/robot_description', nothing, _LATCHED)
-        self._wanted = np.full(6, np.nan)
+        self._newest_reference = np.full(6, np.nan)
 
     def description(self) -> str | None:
         """Return the robot description, if one has come since the last call."""
@@ -59,13 +59,13 @@ class Listener:
         """Return the newest state, if one has come since the last call."""
         reference = _take(self._reference)
         if reference is not None and reference.points:
-            self._wanted = _by_name(reference.joint_names, reference.points[0].positions)
+            self._newest_reference = _by_name(reference.joint_names, reference.points[0].positions)
         message = _take(self._states)
         if message is None:
             return None
         stamp = message.header.stamp
         return Sample(stamp.sec + 1e-9 * stamp.nanosec, _by_name(message.name, message.position),
-                      _by_name(message.name, message.effort), self._wanted)
+                      _by_name(message.name, message.effort), self._newest_reference)
 
     def close(self) -> None:
         """Leave the graph."""

@@ -21,7 +21,7 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
     live : bool
         Show what runs now instead.
     port : int
-        Wanted port; the next free one is taken, any for 0.
+        Port to serve on; the next free one where it is taken, any free one for 0.
 
     Raises
     ------
@@ -38,11 +38,11 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
         raise InputError(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
     if live and run is not None:
         raise InputError('--live shows what runs now; leave the run away')
-    shown = _live(port) if live else _recorded(run, port)
-    if port not in (0, shown.page.port):
-        print(f'port {port} is taken; {shown.page.port} is used')
-    print(f'{shown.page.address}  (Ctrl-C ends)', flush=True)
-    shown.serve()
+    viewer = _live(port) if live else _recorded(run, port)
+    if port not in (0, viewer.page.port):
+        print(f'port {port} is taken; {viewer.page.port} is used')
+    print(f'{viewer.page.address}  (Ctrl-C ends)', flush=True)
+    viewer.serve()
 
 
 def _live(port: int) -> 'LiveView':

@@ -10,7 +10,7 @@ from ur5_ros.viewer.track import joint_angles
 from ur5_ros.viewer.urdf_tree import UrdfTree, Visual, turn
 
 MEASURED = (31, 119, 180)
-WANTED = (230, 97, 1)
+REFERENCE = (230, 97, 1)
 
 
 class ArmScene:

@@ -9,7 +9,7 @@ from viser import uplot
 from ur5_ros.viewer.track import Track
 
 SHORT_NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
-#: Told apart on light and on dark ground (the palette of the report's lines).
+#: Distinct on a light and on a dark background; the palette of the report.
 COLOURS = ('#4c78a8', '#e45756', '#54a24b', '#f58518', '#b279a2', '#72b7b2')
 MARK = '#888888'
 

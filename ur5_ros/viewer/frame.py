@@ -6,7 +6,7 @@ from PIL import Image, ImageDraw, ImageFont
 from ur5_ros.sim.camera import Camera
 from ur5_ros.viewer.track import Track
 
-MEASURED, WANTED = (31, 119, 180), (230, 97, 1)
+MEASURED, REFERENCE = (31, 119, 180), (230, 97, 1)
 COLOURS = ((76, 120, 168), (228, 87, 86), (84, 162, 75), (245, 133, 24), (178, 121, 162),
            (114, 183, 178))
 INK, FAINT, PAPER = (40, 40, 40), (205, 205, 205), (255, 255, 255)
@@ -35,7 +35,7 @@ class Frames:
         self._track, self._camera, self._strips, self._fine = track, camera, strips, fine
         self._width, self._height = camera.width // fine, camera.height // fine
         self._measured = camera.pixels(track.tool) / fine
-        self._wanted = camera.pixels(track.wanted) / fine
+        self._reference = camera.pixels(track.tool_reference) / fine
         self._size = max(10, self._height // 34)
         self._font = ImageFont.load_default(self._size)
         self._ground = self._floor()
@@ -55,15 +55,15 @@ class Frames:
         arm = Image.fromarray(self._camera.cutout(track.q[row])).reduce(self._fine)
         whole.paste(arm, (0, 0), arm)
         draw = ImageDraw.Draw(whole)
-        self._path(draw, self._wanted, WANTED)
+        self._path(draw, self._reference, REFERENCE)
         self._path(draw, self._measured[:row + 1], MEASURED)
-        said = f't = {track.t[row]:6.2f} s'
+        text = f't = {track.t[row]:6.2f} s'
         if np.isfinite(track.tool_error[row]):
-            said += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
+            text += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
         edge = height // 40
-        draw.text((edge, edge), said, INK, self._font)
+        draw.text((edge, edge), text, INK, self._font)
         line = 1.5 * self._size
-        draw.text((edge, edge + line), 'wanted', WANTED, self._font)
+        draw.text((edge, edge + line), 'reference', REFERENCE, self._font)
         draw.text((edge + 5 * self._size, edge + line), 'measured', MEASURED, self._font)
         for i, (name, colour) in enumerate(zip(NAMES, COLOURS, strict=True)):
             draw.text((width - edge, edge + i * line), name, colour, self._font,
@@ -76,7 +76,7 @@ class Frames:
         return np.asarray(whole)
 
     def _floor(self) -> Image.Image:
-        """Return squares of a quarter of a metre on the floor, seen by the camera."""
+        """Return the floor as the camera sees it, with squares of a quarter of a metre."""
         floor = Image.new('RGB', (self._width, self._height), PAPER)
         draw = ImageDraw.Draw(floor)
         lines = np.arange(-4, 5) * 0.25

@@ -8,7 +8,7 @@ import numpy as np
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.listener import Listener, Sample
-from ur5_ros.viewer.arm_scene import MEASURED, WANTED
+from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
 from ur5_ros.viewer.page import Page, numbers
 from ur5_ros.viewer.track import Track, tool_positions, tree_of
 from ur5_ros.viewer.urdf_tree import UrdfTree, parse_urdf
@@ -25,7 +25,7 @@ class LiveView:
     Parameters
     ----------
     port : int
-        Wanted port on 127.0.0.1.
+        Port on 127.0.0.1; the next free one where it is taken.
 
     """
 
@@ -38,7 +38,7 @@ class LiveView:
 
     @property
     def newest(self) -> Sample | None:
-        """Return the sample that is shown."""
+        """Return the newest sample; None before the first."""
         return self._samples[-1] if self._samples else None
 
     def serve(self) -> None:
@@ -53,7 +53,7 @@ class LiveView:
             self.close()
 
     def update(self) -> bool:
-        """Take what has come and show it; tell whether there was anything."""
+        """Show the newest state; return whether there was one."""
         sample = self._listener.sample()
         if sample is None or not np.isfinite(sample.q).all():
             return False
@@ -68,7 +68,7 @@ class LiveView:
             self._drawn = time.monotonic()
             self.page.curves.show(track)
             self.page.arm.path('measured', track.tool, MEASURED)
-            self.page.arm.path('wanted', track.wanted, WANTED)
+            self.page.arm.path('reference', track.tool_reference, REFERENCE)
         return True
 
     def close(self) -> None:
@@ -92,10 +92,10 @@ class LiveView:
 
     def _track(self) -> Track:
         q = np.array([sample.q for sample in self._samples])
-        wanted = np.array([sample.wanted for sample in self._samples])
+        reference = np.array([sample.reference for sample in self._samples])
         return Track(np.array([sample.t for sample in self._samples]), q,
-                     np.array([sample.effort for sample in self._samples]), q - wanted,
-                     tool_positions(self.tree, q), tool_positions(self.tree, wanted))
+                     np.array([sample.effort for sample in self._samples]), q - reference,
+                     tool_positions(self.tree, q), tool_positions(self.tree, reference))
 
 
 def _empty() -> Track:

@@ -27,7 +27,7 @@ class Page:
     title : str
         The headline.
     port : int
-        Wanted port; the next free one is taken.
+        Port to serve on; the next free one where it is taken.
 
     """
 
@@ -90,9 +90,9 @@ def numbers(track: Track, row: int) -> str:
 
     """
     x, y, z = track.tool[row]
-    said = f'**t = {track.t[row]:.3f} s**, tool at ({x:.4f}, {y:.4f}, {z:.4f}) m'
+    text = f'**t = {track.t[row]:.3f} s**, tool at ({x:.4f}, {y:.4f}, {z:.4f}) m'
     if np.isfinite(track.tool_error[row]):
-        said += f', {1e3 * track.tool_error[row]:.3f} mm from where it should be'
+        text += f', {1e3 * track.tool_error[row]:.3f} mm from the reference'
     if np.isfinite(track.effort[row]).any():
-        said += f'; largest torque {np.nanmax(np.abs(track.effort[row])):.1f} N m'
-    return said
+        text += f'; largest torque {np.nanmax(np.abs(track.effort[row])):.1f} N m'
+    return text

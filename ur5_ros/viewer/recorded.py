@@ -5,7 +5,7 @@ import time
 from typing import Any
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.viewer.arm_scene import MEASURED, WANTED
+from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
 from ur5_ros.viewer.curves import colour_key
 from ur5_ros.viewer.page import Page
 from ur5_ros.viewer.track import arm_of, track, tree_of
@@ -22,7 +22,7 @@ class RecordedView:
     run : Run
         What to show.
     port : int
-        Wanted port on 127.0.0.1.
+        Port on 127.0.0.1; the next free one where it is taken.
 
     """
 
@@ -31,7 +31,7 @@ class RecordedView:
         self._track = track(run, tree)
         self.page = Page(tree, self._track, f'ur5 {run.name}', port)
         self.page.arm.path('measured', self._track.tool, MEASURED)
-        self.page.arm.path('wanted', self._track.wanted, WANTED)
+        self.page.arm.path('reference', self._track.tool_reference, REFERENCE)
         end = float(self._track.t[-1])
         gui = self.page.server.gui
         with self.page.controls:
@@ -40,7 +40,7 @@ class RecordedView:
             self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
                                           initial_value='1')
             gui.add_markdown('tool path: ' + colour_key(
-                {'measured': f'rgb{MEASURED}', 'wanted': f'rgb{WANTED}'}))
+                {'measured': f'rgb{MEASURED}', 'reference': f'rgb{REFERENCE}'}))
         self._playing = False
         self._lock = threading.Lock()
         self.time.on_update(lambda _: self._show())
@@ -50,11 +50,11 @@ class RecordedView:
 
     @property
     def page_times(self) -> list[float]:
-        """Return the times that can be shown [s]."""
+        """Return the times of the rows [s]."""
         return self._track.t.tolist()
 
     def serve(self) -> None:
-        """Play while the button says so, until interrupted."""
+        """Move the timeline while it plays, until interrupted."""
         last = time.monotonic()
         try:
             while True:
@@ -78,7 +78,7 @@ class RecordedView:
             self.play_or_pause()
 
     def play_or_pause(self) -> None:
-        """Do what the button does; at the end, start again."""
+        """Start or stop the timeline; at its end, start again from the beginning."""
         self._playing = not self._playing
         if self._playing and self.time.value >= float(self._track.t[-1]) - 1e-9:
             self.time.value = 0.0

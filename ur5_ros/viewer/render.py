@@ -25,7 +25,7 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
     out : pathlib.Path
         File to write; must not exist.
     progress : callable
-        Told the share that is done, 0 to 1.
+        Called with the share that is done, 0 to 1.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: 
     out : pathlib.Path
         File to write.
     progress : callable
-        Told the share that is done, 0 to 1.
+        Called with the share that is done, 0 to 1.
 
     Returns
     -------
@@ -108,8 +108,8 @@ def _allowed(out: Path) -> Path:
 
 def _rows(t: np.ndarray, rate: float, speed: float) -> np.ndarray:
     """Return the row to show in each frame."""
-    shown = np.arange(0.0, float(t[-1]) + 0.5 * speed / rate, speed / rate)
-    return np.clip(np.searchsorted(t, shown), 0, len(t) - 1)
+    times = np.arange(0.0, float(t[-1]) + 0.5 * speed / rate, speed / rate)
+    return np.clip(np.searchsorted(t, times), 0, len(t) - 1)
 
 
 def _picture(frame: np.ndarray, out: Path) -> None:

@@ -24,16 +24,16 @@ class Track(NamedTuple):
     effort: np.ndarray
     """Torque that acted [N m], shape (n, 6)."""
     error: np.ndarray
-    """Measured minus wanted joint positions [rad], shape (n, 6)."""
+    """Measured minus reference joint positions [rad], shape (n, 6)."""
     tool: np.ndarray
     """Measured tool position in the root frame [m], shape (n, 3)."""
-    wanted: np.ndarray
-    """Wanted tool position in the root frame [m], shape (n, 3)."""
+    tool_reference: np.ndarray
+    """Tool position of the reference in the root frame [m], shape (n, 3)."""
 
     @property
     def tool_error(self) -> np.ndarray:
         """Distance of the tool from where it should be [m], shape (n,)."""
-        return np.linalg.norm(self.tool - self.wanted, axis=-1)
+        return np.linalg.norm(self.tool - self.tool_reference, axis=-1)
 
     def row(self, t: float) -> int:
         """Return the last row that is not later than ``t`` [s]."""
@@ -134,6 +134,6 @@ def track(run: Run, tree: UrdfTree, rows: int = 1500) -> Track:
         raise InputError(f'{run.name}: {len(run.stamp)} states; a picture needs two at least')
     pick = np.unique(np.linspace(0, len(run.stamp) - 1, rows).round().astype(int))
     q = run.states.q[pick]
-    wanted = np.full_like(q, np.nan) if run.reference is None else run.reference.q[pick]
-    return Track(run.t[pick], q, run.states.effort[pick], q - wanted,
-                 tool_positions(tree, q), tool_positions(tree, wanted))
+    reference = np.full_like(q, np.nan) if run.reference is None else run.reference.q[pick]
+    return Track(run.t[pick], q, run.states.effort[pick], q - reference,
+                 tool_positions(tree, q), tool_positions(tree, reference))

@@ -11,6 +11,9 @@ from ur5_ros.model.rotations import rotation_about, rotation_of_rpy
 
 MAX_CHARACTERS = 20_000_000
 
+#: Attributes that hold the size of each shape, and how many numbers are in each.
+_SIZES = {'cylinder': {'radius': 1, 'length': 1}, 'sphere': {'radius': 1}, 'box': {'size': 3}}
+
 
 class Visual(NamedTuple):
     """A cylinder, a box or a sphere, placed in its link's frame."""
@@ -71,8 +74,9 @@ def parse_urdf(text: str) -> UrdfTree:
     except ElementTree.ParseError as error:
         raise InputError(f'robot description is no XML: {error}') from None
     colours = {material.get('name'): _colour(material) for material in robot.findall('material')}
-    visuals = {link.get('name'): tuple(_visuals(link, colours)) for link in robot.findall('link')}
-    joints = {joint.find('child').get('link'): _joint(joint) for joint in robot.findall('joint')}
+    visuals = {_text(link, 'name'): tuple(_visuals(link, colours))
+               for link in robot.findall('link')}
+    joints = {joint.child: joint for joint in map(_joint, robot.findall('joint'))}
     roots = [name for name in visuals if name not in joints]
     if len(roots) != 1:
         raise InputError(f'robot description has {len(roots)} root links; one is needed')
@@ -131,8 +135,8 @@ def _joint(joint: ElementTree.Element) -> Joint:
         direction = direction / np.linalg.norm(direction)
     else:
         direction = np.zeros(3)
-    return Joint(joint.get('name'), joint.find('parent').get('link'),
-                 joint.find('child').get('link'), _origin(joint), direction)
+    parent, child = (_text(_part(joint, name), 'link') for name in ('parent', 'child'))
+    return Joint(_text(joint, 'name'), parent, child, _origin(joint), direction)
 
 
 def _visuals(link: ElementTree.Element, colours: dict) -> list[Visual]:
@@ -142,14 +146,29 @@ def _visuals(link: ElementTree.Element, colours: dict) -> list[Visual]:
         colour = (180, 180, 185)
         if material is not None:
             colour = _colour(material) or colours.get(material.get('name')) or colour
-        shape = next(iter(visual.find('geometry')), None)
-        if shape is None or shape.tag not in ('cylinder', 'sphere', 'box'):
-            continue
-        size = {'cylinder': lambda s: (float(s.get('radius')), float(s.get('length'))),
-                'sphere': lambda s: (float(s.get('radius')),),
-                'box': lambda s: tuple(_numbers(s.get('size'), 3))}[shape.tag](shape)
-        found.append(Visual(shape.tag, size, _origin(visual), colour))
+        shape = next(iter(_part(visual, 'geometry')), None)
+        if shape is not None and shape.tag in _SIZES:
+            size = [number for name, count in _SIZES[shape.tag].items()
+                    for number in _numbers(shape.get(name), count)]
+            found.append(Visual(shape.tag, tuple(size), _origin(visual), colour))
     return found
+
+
+def _part(element: ElementTree.Element, name: str) -> ElementTree.Element:
+    """Return the element of this name inside another one."""
+    part = element.find(name)
+    if part is None:
+        raise InputError(f'robot description: {element.tag} {element.get("name", "")!r} has no '
+                         f'{name}')
+    return part
+
+
+def _text(element: ElementTree.Element, name: str) -> str:
+    """Return an attribute that has to be there."""
+    text = element.get(name)
+    if text is None:
+        raise InputError(f'robot description: a {element.tag} without {name}')
+    return text
 
 
 def _colour(material: ElementTree.Element) -> tuple[int, int, int] | None:
