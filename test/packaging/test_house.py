@@ -1,0 +1,51 @@
+"""The house's own rules: few modules a folder, short modules and functions."""
+
+import ast
+import re
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULES = {path: ast.parse(path.read_text(encoding='utf-8'))
+           for path in sorted((ROOT / 'ur5_ros').rglob('*.py'))}
+
+#: Rooms that gain nothing by being split.
+FLAT = ('ur5_ros/sim', 'ur5_ros/control')
+MODULES_A_FOLDER = 16
+LINES_A_MODULE = 300
+LINES_A_FUNCTION = 70
+
+def without_docstrings(node: ast.AST) -> int:
+    """Return how many lines a module, class or function has, docstrings left out."""
+    docstrings = [each.body[0] for each in ast.walk(node)
+                  if isinstance(each, ast.Module | ast.ClassDef | ast.FunctionDef)
+                  and ast.get_docstring(each) is not None]
+    last = node.body[-1].end_lineno
+    first = getattr(node, 'lineno', 1)
+    return last - first + 1 - sum(each.end_lineno - each.lineno + 1 for each in docstrings)
+
+
+def test_a_folder_can_be_read_at_a_glance():
+    count = Counter(str(path.parent.relative_to(ROOT)) for path in MODULES
+                    if path.name != '__init__.py')
+    assert not {folder: number for folder, number in count.items()
+                if number > MODULES_A_FOLDER and folder not in FLAT}
+
+
+def test_a_module_has_one_subject():
+    assert not {str(path.relative_to(ROOT)): lines for path, tree in MODULES.items()
+                if tree.body and (lines := without_docstrings(tree)) > LINES_A_MODULE}
+
+
+def test_a_function_fits_a_screen():
+    assert not {f'{path.relative_to(ROOT)}: {node.name}': lines for path, tree in MODULES.items()
+                for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+                and (lines := without_docstrings(node)) > LINES_A_FUNCTION}
+
+
+def test_the_files_that_contributing_names_exist():
+    text = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8')
+    named = re.findall(r'`((?:ur5_ros|test|docs)?/?[\w/]+/\w*(?:\.\w+)?)`', text)
+    missing = [name for name in named
+               if not (ROOT / name).exists() and not (ROOT / 'ur5_ros' / name).exists()]
+    assert len(named) > 20 and not missing
