@@ -13,7 +13,6 @@ from numba import float64
 from ur5_ros.model.kernels.base_parameters import SIZE
 from ur5_ros.model.kernels.compiled import R1, W2, kernel
 from ur5_ros.model.kernels.dynamics import terms_of_state
-from ur5_ros.model.kernels.lanes import put
 
 #: Rows of the output, as :class:`ur5_ros.signals.Torque` has them.
 TOTAL, INERTIAL, FEEDBACK, CORIOLIS, GRAVITY = range(5)
@@ -56,7 +55,7 @@ def law(q, qd, q_before, q_ref, qd_ref, qdd_ref, torque_before, largest_change, 
         work[ANGLES, i] = q[i] + k[OFFSET + i]
     m, c = work[INERTIA:VELOCITY], work[VELOCITY:END]
     g, correction = torque[GRAVITY], torque[TOTAL]
-    terms_of_state(work[ANGLES], qd, k, m, c, g, 0, np.intp(1), put)
+    terms_of_state(work[ANGLES], qd, k, m, c, g, 0)
     for i in range(6):
         correction[i] = 0.0
         for j in range(6):

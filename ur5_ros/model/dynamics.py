@@ -1,20 +1,22 @@
 r"""
 Dynamics of the arm: :math:`M(q)\ddot q + C(q, \dot q)\dot q + g(q) = \tau` (eq. 6).
 
-All functions broadcast over leading dimensions; a single state takes a short way.  Angles are
-those of the arm record, q_model = q_UR + ``arm.angle_offset``.
+All functions broadcast over leading dimensions.  Angles are those of the arm record, q_model =
+q_UR + ``arm.angle_offset``.
 """
 
 import numpy as np
-from numpy import empty
 
-from ur5_ros.model.kernels.arguments import apply
+from ur5_ros.model.kernels.arguments import state_function
 from ur5_ros.model.kernels.dynamics import gravity, inertia, inverse, terms
 from ur5_ros.model.kernels.forward_dynamics import forward
 from ur5_ros.model.parameters import ArmParameters
 
-_SIX = (6,)
-_MATRIX = (6, 6)
+_inertia = state_function(inertia, ['q'], (6, 6))
+_gravity = state_function(gravity, ['q'], (6,))
+_terms = state_function(terms, ['q', 'qd'], (6, 6), (6, 6), (6,))
+_inverse = state_function(inverse, ['q', 'qd', 'qdd'], (6,))
+_forward = state_function(forward, ['q', 'qd', 'tau'], (6,))
 
 
 def inertia_matrix(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -51,13 +53,7 @@ def inertia_matrix(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     (True, True)
 
     """
-    m = empty(_MATRIX)
-    try:
-        if q.ndim == 1 and inertia.single(q, arm.constants, m) == 0:
-            return m
-    except (TypeError, AttributeError):
-        pass
-    return apply(inertia, [('q', q, _SIX)], [arm.constants], [_MATRIX])[0]
+    return _inertia(arm, q)
 
 
 def coriolis_matrix(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -127,13 +123,7 @@ def gravity_torque(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     np.int64(1)
 
     """
-    g = empty(6)
-    try:
-        if q.ndim == 1 and gravity.single(q, arm.constants, g) == 0:
-            return g
-    except (TypeError, AttributeError):
-        pass
-    return apply(gravity, [('q', q, _SIX)], [arm.constants], [_SIX])[0]
+    return _gravity(arm, q)
 
 
 def dynamics_terms(
@@ -170,14 +160,7 @@ def dynamics_terms(
     True
 
     """
-    m, c, g = empty(_MATRIX), empty(_MATRIX), empty(6)
-    try:
-        if q.ndim == 1 and terms.single(q, qd, arm.constants, m, c, g) == 0:
-            return m, c, g
-    except (TypeError, AttributeError):
-        pass
-    m, c, g = apply(terms, [('q', q, _SIX), ('qd', qd, _SIX)], [arm.constants],
-                    [_MATRIX, _MATRIX, _SIX])
+    m, c, g = _terms(arm, q, qd)
     return m, c, g
 
 
@@ -214,14 +197,7 @@ def inverse_dynamics(
     (6,)
 
     """
-    tau = empty(6)
-    try:
-        if q.ndim == 1 and inverse.single(q, qd, qdd, arm.constants, tau) == 0:
-            return tau
-    except (TypeError, AttributeError):
-        pass
-    return apply(inverse, [('q', q, _SIX), ('qd', qd, _SIX), ('qdd', qdd, _SIX)],
-                 [arm.constants], [_SIX])[0]
+    return _inverse(arm, q, qd, qdd)
 
 
 def forward_dynamics(
@@ -260,11 +236,4 @@ def forward_dynamics(
     True
 
     """
-    qdd = empty(6)
-    try:
-        if q.ndim == 1 and forward.single(q, qd, tau, arm.constants, qdd) == 0:
-            return qdd
-    except (TypeError, AttributeError):
-        pass
-    return apply(forward, [('q', q, _SIX), ('qd', qd, _SIX), ('tau', tau, _SIX)],
-                 [arm.constants], [_SIX])[0]
+    return _forward(arm, q, qd, tau)

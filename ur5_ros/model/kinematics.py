@@ -7,13 +7,15 @@ convention; frame 6 is ``tool0``.
 """
 
 import numpy as np
-from numpy import empty
 
 from ur5_ros.model.kernels import kinematics as kernels
-from ur5_ros.model.kernels.arguments import apply, finite_array
+from ur5_ros.model.kernels.arguments import finite_array, state_function
 from ur5_ros.model.parameters import ArmParameters
 
-_SIX = (6,)
+_pose = state_function(kernels.pose, ['q'], (4, 4))
+_links = state_function(kernels.links, ['q'], (24, 4))
+_jacobian = state_function(kernels.jacobian, ['q'], (6, 6))
+_jacobian_rate = state_function(kernels.jacobian_rate, ['q', 'qd'], (6, 6))
 
 
 def forward_kinematics(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -47,13 +49,7 @@ def forward_kinematics(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     array([-0.81725, -0.19145, -0.00549])
 
     """
-    t = empty((4, 4))
-    try:
-        if q.ndim == 1 and kernels.pose.single(q, arm.constants, t) == 0:
-            return t
-    except (TypeError, AttributeError):
-        pass
-    return apply(kernels.pose, [('q', q, _SIX)], [arm.constants], [(4, 4)])[0]
+    return _pose(arm, q)
 
 
 def link_transforms(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -86,7 +82,8 @@ def link_transforms(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     (6, 4, 4)
 
     """
-    return apply(kernels.links, [('q', q, _SIX)], [arm.constants], [(6, 4, 4)])[0]
+    rows = _links(arm, q)
+    return rows.reshape(*rows.shape[:-2], 6, 4, 4)
 
 
 def jacobian(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -122,13 +119,7 @@ def jacobian(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     (6,)
 
     """
-    j = empty((6, 6))
-    try:
-        if q.ndim == 1 and kernels.jacobian.single(q, arm.constants, j) == 0:
-            return j
-    except (TypeError, AttributeError):
-        pass
-    return apply(kernels.jacobian, [('q', q, _SIX)], [arm.constants], [(6, 6)])[0]
+    return _jacobian(arm, q)
 
 
 def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -160,8 +151,7 @@ def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarr
     (6, 6)
 
     """
-    return apply(kernels.jacobian_rate, [('q', q, _SIX), ('qd', qd, _SIX)], [arm.constants],
-                 [(6, 6)])[0]
+    return _jacobian_rate(arm, q, qd)
 
 
 def singularity_factors(
@@ -193,7 +183,7 @@ def singularity_factors(
         If ``q`` has another shape or holds a number that is not finite.
 
     """
-    q = finite_array('q', q, _SIX)
+    q = finite_array('q', q, (6,))
     q23 = q[..., 1] + q[..., 2]
     x5 = (arm.a[1] * np.cos(q[..., 1]) + arm.a[2] * np.cos(q23)
           + arm.d[4] * np.sin(q23 + q[..., 3]))

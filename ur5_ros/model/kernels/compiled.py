@@ -1,6 +1,5 @@
 """Compiled kernels: compiled at first use, kept on disk where possible, threaded when large."""
 
-import inspect
 import os
 import threading
 from collections.abc import Callable, Sequence
@@ -17,8 +16,6 @@ try:
     from numba.core.runtime import rtsys
 except ImportError:  # not public: it may go
     rtsys = None
-
-from ur5_ros.model.kernels.base_parameters import SIZE
 
 #: Argument types of kernels: inputs may be read-only (R) and outputs are written (W).
 R1 = types.Array(types.float64, 1, 'C', readonly=True)
@@ -59,15 +56,9 @@ class Kernel:
     def __init__(self, function: Callable[..., int], argument_types: Sequence[types.Type]):
         self._function = function
         self._signature = int64(*argument_types)
-        self._side_by_side: Callable[..., int] | None = None
         self._many: Callable[..., int] | None = None
         self._ready = False
         self.single: Callable[..., int] = _not_compiled
-
-    def side_by_side(self, function: Callable[..., int]) -> Callable[..., int]:
-        """Register the form for many states; it gets the constants ``k`` as a tuple."""
-        self._side_by_side = function
-        return function
 
     def prepare(self) -> None:
         """Compile, or load from the cache, what a single call needs."""
@@ -100,9 +91,6 @@ class Kernel:
             self.prepare()
             return self.single(*inputs, *shared, *outputs)
         many, workers = self._prepare_many(), _processors()
-        if self._side_by_side:
-            # constants in an array might be overwritten by results: the compiler must see not
-            shared = [tuple(x.tolist()) for x in shared]
         edges = [count * i // workers for i in range(workers + 1)]
         codes = [0] * workers
 
@@ -119,18 +107,10 @@ class Kernel:
             thread.join()
         return max(codes)
 
-
     def _prepare_many(self) -> Callable[..., int]:
         with _COMPILING:
             if self._many is None:
-                function, signature = self._function, self._signature
-                if self._side_by_side:
-                    function = self._side_by_side
-                    place = list(inspect.signature(function).parameters).index('k')
-                    argument_types = list(signature.args)
-                    argument_types[place] = types.UniTuple(types.float64, SIZE)
-                    signature = int64(*argument_types)
-                self._many = _compile(function, signature, nogil=True)
+                self._many = _compile(self._function, self._signature, nogil=True)
             return self._many
 
 

@@ -2,28 +2,25 @@
 
 from math import isfinite
 
-import numpy as np
-
 from ur5_ros.model.kernels.base_parameters import ARMATURE
 from ur5_ros.model.kernels.compiled import R1, W1, inlined, kernel
 from ur5_ros.model.kernels.dynamics import mass_columns
-from ur5_ros.model.kernels.lanes import LANES, gather, scatter
 from ur5_ros.model.kernels.newton_euler import torque_of_motion
 from ur5_ros.model.kernels.plane_geometry import axes, bodies, gravity_in_plane, total
 
 
 @inlined
-def acceleration_of_state(q, qd, tau, k, qdd, at, step):
+def acceleration_of_state(q, qd, tau, k, qdd, at):
     """Write the joint acceleration of one state; return its sum, not finite if M is singular."""
-    turns, origins, lines = axes(q, at, step, k)
+    turns, origins, lines = axes(q, at, k)
     in_plane = bodies(turns, origins, k)
     for i in range(6):
-        qdd[at + i * step] = 0.0
+        qdd[at + i] = 0.0
     b1, b2, b3, b4, b5, b6 = torque_of_motion(
-        in_plane, lines, qd, qdd, at, step, gravity_in_plane(q[at], k), k)
+        in_plane, lines, qd, qdd, at, gravity_in_plane(q[at], k), k)
     d1, c2, c3, c4, c5, c6 = mass_columns(in_plane, lines, k)
-    x1, x2, x3 = tau[at] - b1, tau[at + step] - b2, tau[at + 2 * step] - b3
-    x4, x5, x6 = tau[at + 3 * step] - b4, tau[at + 4 * step] - b5, tau[at + 5 * step] - b6
+    x1, x2, x3 = tau[at] - b1, tau[at + 1] - b2, tau[at + 2] - b3
+    x4, x5, x6 = tau[at + 3] - b4, tau[at + 4] - b5, tau[at + 5] - b6
     # from the tool to the shoulder: column j of M over its diagonal leaves a smaller system
     d6 = c6[5] + k[ARMATURE + 5]
     l1, l2, l3, l4, l5 = c6[0] / d6, c6[1] / d6, c6[2] / d6, c6[3] / d6, c6[4] / d6
@@ -54,10 +51,10 @@ def acceleration_of_state(q, qd, tau, k, qdd, at, step):
     a3 = x3 / d3 - r1 * a1 - r2 * a2
     a4 = x4 / d4 - p1 * a1 - p2 * a2 - p3 * a3
     a5 = x5 / d5 - k1 * a1 - k2 * a2 - k3 * a3 - k4 * a4
-    qdd[at], qdd[at + step], qdd[at + 2 * step], qdd[at + 3 * step] = a1, a2, a3, a4
-    qdd[at + 4 * step] = a5
-    qdd[at + 5 * step] = x6 / d6 - l1 * a1 - l2 * a2 - l3 * a3 - l4 * a4 - l5 * a5
-    return total(qdd, at, step)
+    qdd[at], qdd[at + 1], qdd[at + 2], qdd[at + 3] = a1, a2, a3, a4
+    qdd[at + 4] = a5
+    qdd[at + 5] = x6 / d6 - l1 * a1 - l2 * a2 - l3 * a3 - l4 * a4 - l5 * a5
+    return total(qdd, at)
 
 
 @kernel(R1, R1, R1, R1, W1)
@@ -66,26 +63,7 @@ def forward(q, qd, tau, k, qdd):
     if q.size != qdd.size or qd.size != qdd.size or tau.size != qdd.size:
         return 1
     for at in range(0, tau.size, 6):
-        if not isfinite(acceleration_of_state(q, qd, tau, k, qdd, at, 1)):
+        if not isfinite(acceleration_of_state(q, qd, tau, k, qdd, at)):
             return 1
     return 0
 
-
-@forward.side_by_side
-def acceleration_of_many(q, qd, tau, k, qdd):
-    """Joint acceleration of every state under torque, eight at a time."""
-    work = np.empty(25 * LANES)
-    lq, lqd, ltau = work[:6 * LANES], work[6 * LANES:12 * LANES], work[12 * LANES:18 * LANES]
-    lqdd, check = work[18 * LANES:24 * LANES], work[24 * LANES:]
-    count = tau.size // 6
-    for first in range(0, count, LANES):
-        some = min(LANES, count - first)
-        gather(q, first, some, lq)
-        gather(qd, first, some, lqd)
-        gather(tau, first, some, ltau)
-        for lane in range(LANES):
-            check[lane] = acceleration_of_state(lq, lqd, ltau, k, lqdd, lane, LANES)
-        if not isfinite(np.sum(check)):
-            return 1
-        scatter(lqdd, 6, first, some, qdd)
-    return 0

@@ -54,9 +54,9 @@ def pose(q, k, t):
     if 4 * q.size != 6 * t.shape[0]:
         return 1
     for i in range(q.size // 6):
-        turns, origins, lines = axes(q, 6 * i, 1, k)
+        turns, origins, lines = axes(q, 6 * i, k)
         s1, c1 = sine_cosine(q[6 * i])
-        if not known(turns, c1, total(q, 6 * i, 1)):
+        if not known(turns, c1, total(q, 6 * i)):
             return 1
         w6 = lines[4]
         write_pose(t, 4 * i, c1, s1, directions(turns)[1], w6,
@@ -70,11 +70,11 @@ def links(q, k, t):
     if 4 * q.size != t.shape[0]:
         return 1
     for i in range(q.size // 6):
-        turns, origins, lines = axes(q, 6 * i, 1, k)
+        turns, origins, lines = axes(q, 6 * i, k)
         o2, o3, o4, o5 = origins
         c2, s2, c23, s23, c234, s234, c5, s5, c6, s6 = turns
         s1, c1 = sine_cosine(q[6 * i])
-        if not known(turns, c1, total(q, 6 * i, 1)):
+        if not known(turns, c1, total(q, 6 * i)):
             return 1
         x5, x6 = directions(turns)
         w5, w6 = lines[2], lines[4]
@@ -101,10 +101,10 @@ def jacobian(q, k, out):
     if q.size != out.shape[0]:
         return 1
     for at in range(0, q.size, 6):
-        turns, origins, lines = axes(q, at, 1, k)
+        turns, origins, lines = axes(q, at, k)
         u3, u4, w5, u5, w6, u6 = lines
         s1, c1 = sine_cosine(q[at])
-        if not known(turns, c1, total(q, at, 1)):
+        if not known(turns, c1, total(q, at)):
             return 1
         p = add_scaled(origins[3], k[D6], w6)
         write_axis(out, at, 0, c1, s1, cross(Y, p), Y)
@@ -122,13 +122,13 @@ def jacobian_rate(q, qd, k, out):
     if q.size != out.shape[0] or qd.size != out.shape[0]:
         return 1
     for at in range(0, q.size, 6):
-        turns, origins, lines = axes(q, at, 1, k)
+        turns, origins, lines = axes(q, at, k)
         u3, u4, w5, u5, w6, u6 = lines
         s1, c1 = sine_cosine(q[at])
-        if not known(turns, c1, total(q, at, 1) + total(qd, at, 1)):
+        if not known(turns, c1, total(q, at) + total(qd, at)):
             return 1
         p = add_scaled(origins[3], k[D6], w6)
-        speeds = velocities(qd, at, 1, lines)
+        speeds = velocities(qd, at, lines)
         pd = add(speeds[4][1], cross(speeds[4][0], p))
         write_axis(out, at, 0, c1, s1, cross(Y, pd), NIL)
         write_rate(out, at, 1, c1, s1, speeds[0], Z, NIL, p, pd)

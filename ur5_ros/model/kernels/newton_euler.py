@@ -17,16 +17,16 @@ def rates(speed, axis_w, axis_u):
 
 
 @inlined
-def velocities(qd, at, step, lines):
+def velocities(qd, at, lines):
     """Return the velocities (w, v) of links 2 to 6."""
     u3, u4, w5, u5, w6, u6 = lines
-    qd1, qd5, qd6 = qd[at], qd[at + 4 * step], qd[at + 5 * step]
-    w2 = (0.0, qd1, qd[at + step])
-    w3 = (0.0, qd1, w2[2] + qd[at + 2 * step])
-    w4 = (0.0, qd1, w3[2] + qd[at + 3 * step])
+    qd1, qd5, qd6 = qd[at], qd[at + 4], qd[at + 5]
+    w2 = (0.0, qd1, qd[at + 1])
+    w3 = (0.0, qd1, w2[2] + qd[at + 2])
+    w4 = (0.0, qd1, w3[2] + qd[at + 3])
     w5 = add_scaled(w4, qd5, w5)
-    v3 = (qd[at + 2 * step] * u3[0], qd[at + 2 * step] * u3[1], 0.0)
-    v4 = add_scaled(v3, qd[at + 3 * step], u4)
+    v3 = (qd[at + 2] * u3[0], qd[at + 2] * u3[1], 0.0)
+    v4 = add_scaled(v3, qd[at + 3], u4)
     v5 = add_scaled(v4, qd5, u5)
     return ((w2, NIL), (w3, v3), (w4, v4), (w5, v5),
             (add_scaled(w5, qd6, w6), add_scaled(v5, qd6, u6)))
@@ -54,16 +54,16 @@ def accelerated(acceleration, rate, qd, qdd, axis):
 
 
 @inlined
-def torque_of_motion(bodies_in_plane, lines, qd, qdd, at, step, a, k):
+def torque_of_motion(bodies_in_plane, lines, qd, qdd, at, a, k):
     """Return the six joint torques of a motion, without the rotors."""
     u3, u4, w5, u5, w6, u6 = lines
     b2, b3, b4, b5, b6 = bodies_in_plane
-    s2, s3, s4, s5, s6 = velocities(qd, at, step, lines)
-    a2 = ((qd[at] * qd[at + step], qdd[at], qdd[at + step]), (-a[0], -a[1], -a[2]))
-    a3 = accelerated(a2, rates(s3, Z, u3), qd[at + 2 * step], qdd[at + 2 * step], (Z, u3))
-    a4 = accelerated(a3, rates(s4, Z, u4), qd[at + 3 * step], qdd[at + 3 * step], (Z, u4))
-    a5 = accelerated(a4, rates(s5, w5, u5), qd[at + 4 * step], qdd[at + 4 * step], (w5, u5))
-    a6 = accelerated(a5, rates(s6, w6, u6), qd[at + 5 * step], qdd[at + 5 * step], (w6, u6))
+    s2, s3, s4, s5, s6 = velocities(qd, at, lines)
+    a2 = ((qd[at] * qd[at + 1], qdd[at], qdd[at + 1]), (-a[0], -a[1], -a[2]))
+    a3 = accelerated(a2, rates(s3, Z, u3), qd[at + 2], qdd[at + 2], (Z, u3))
+    a4 = accelerated(a3, rates(s4, Z, u4), qd[at + 3], qdd[at + 3], (Z, u4))
+    a5 = accelerated(a4, rates(s5, w5, u5), qd[at + 4], qdd[at + 4], (w5, u5))
+    a6 = accelerated(a5, rates(s6, w6, u6), qd[at + 5], qdd[at + 5], (w6, u6))
     f, n = newton_euler(b6, s6, a6)
     t6 = dot(w6, n) + dot(u6, f)
     f5, n5 = newton_euler(b5, s5, a5)

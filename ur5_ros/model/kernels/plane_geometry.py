@@ -37,23 +37,23 @@ def add_scaled(a, s, b):
 
 
 @inlined
-def total(x, at, step):
+def total(x, at):
     """Return the sum of six numbers: not finite where one of them is not."""
-    return (x[at] + x[at + step] + x[at + 2 * step] + x[at + 3 * step] + x[at + 4 * step]
-            + x[at + 5 * step])
+    return (x[at] + x[at + 1] + x[at + 2] + x[at + 3] + x[at + 4]
+            + x[at + 5])
 
 
 @inlined
-def axes(q, at, step, k):
+def axes(q, at, k):
     """
     Return sines and cosines, axis origins, and (u3, u4, w5, u5, w6, u6) of the axes 3 to 6.
 
-    Axis 2 is ((0, 0, 1), (0, 0, 0)) and the axes 3, 4 have the same direction.  Angle i stands
-    at ``q[at + (i - 1) * step]``, here and in all functions that take a step.
+    Axis 2 is ((0, 0, 1), (0, 0, 0)) and the axes 3, 4 have the same direction.  The six numbers
+    of a state begin at index ``at``, here and in all functions that take it.
     """
-    q2, q5, q6 = q[at + step], q[at + 4 * step], q[at + 5 * step]
-    q23 = q2 + q[at + 2 * step]
-    q234 = q23 + q[at + 3 * step]
+    q2, q5, q6 = q[at + 1], q[at + 4], q[at + 5]
+    q23 = q2 + q[at + 2]
+    q234 = q23 + q[at + 3]
     s2, c2 = sine_cosine(q2)
     s23, c23 = sine_cosine(q23)
     s234, c234 = sine_cosine(q234)
