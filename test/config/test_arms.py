@@ -17,7 +17,7 @@ from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import with_payload
 
 REPO = Path(__file__).resolve().parents[2]
-FACTS = REPO.parent / 'shared' / 'facts'
+DATA = REPO / 'test' / 'data'
 PROMISED = {'ur5', 'ur5_kebria2016', 'ur5_description', 'ur5_controller', 'ur5_real', 'ur3',
             'ur10', 'ur3e', 'ur5e', 'ur10e', 'ur16e', 'ur20', 'ur30'}
 
@@ -43,11 +43,10 @@ def test_record_is_frozen_and_named(name):
     assert arm.has_tensors == (name != 'ur5_controller')
 
 
-@pytest.mark.skipif(not FACTS.is_dir(), reason='facts folder not beside the checkout')
 @pytest.mark.parametrize('name', ['ur3', 'ur10', 'ur3e', 'ur5e', 'ur10e', 'ur16e', 'ur20',
                                   'ur30', 'ur5_description'])
 def test_family_numbers_equal_the_published_table(name):
-    robots = json.loads((FACTS / 'ur_family.json').read_text())['robots']
+    robots = json.loads((DATA / 'ur_family.json').read_text())['robots']
     robot = robots['ur5' if name == 'ur5_description' else name]
     arm = load_arm(name)
     assert np.array_equal(arm.a, robot['dh_manufacturer']['a'])

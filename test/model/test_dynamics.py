@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from ur5_ros.config import load_arm
 from ur5_ros.model.dynamics import (
@@ -20,7 +19,7 @@ from ur5_ros.model.energy import kinetic_energy, potential_energy
 from ur5_ros.model.kinematics import forward_kinematics, jacobian
 from ur5_ros.model.parameters import with_payload
 
-REFERENCE = Path(__file__).parents[3] / 'shared' / 'facts' / 'dynamics_reference.json'
+REFERENCE = Path(__file__).parents[1] / 'data' / 'dynamics_reference.json'
 COUNT = 1000
 
 
@@ -37,10 +36,9 @@ def relative(ours, theirs):
     return (np.abs(ours - theirs).max(axis=axes) / np.abs(theirs).max(axis=axes)).max()
 
 
-@pytest.mark.skipif(not REFERENCE.exists(), reason=f'no {REFERENCE}')
 def test_the_arm_of_the_paper_equals_the_reference_states():
     arm = load_arm('ur5_kebria2016')
-    for state in json.loads(REFERENCE.read_text())['sets']['A_paper_intended']['states']:
+    for state in json.loads(REFERENCE.read_text())['states']:
         q, qd, qdd, tau = (np.array(state[name]) for name in ('q', 'qd', 'qdd', 'tau'))
         m, c, g = dynamics_terms(q, qd, arm)
         np.testing.assert_allclose(m, state['M'], atol=1e-14)
