@@ -8,7 +8,7 @@ from side_by_side import Row, arguments, interleave, publish, ratio
 from ur5_ros.loop.closed_loop import full_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.rollout import rollout
-from ur5_ros.loop.run_config import Plan, arm_named, run_config
+from ur5_ros.loop.run_config import RunConfig, arm_named, run_config
 from ur5_ros.sim.bullet_arm import BulletArm
 from ur5_ros.sim.pybullet_import import pybullet
 from ur5_ros.sweep.run import row_of
@@ -21,9 +21,9 @@ DURATION = 20.0
 class BareLoop:
     """Set six torques, step, read six joints: what nobody can do without."""
 
-    def __init__(self, plan: Plan, torque: np.ndarray) -> None:
+    def __init__(self, plan: RunConfig, torque: np.ndarray) -> None:
         arm = arm_named('ur5')
-        self._start = plan.sim['initial_positions']
+        self._start = plan.sim.initial_positions
         self._torque = torque.tolist()
         self._arm = BulletArm(arm, arm.gravity, 1e-3)
 
@@ -41,7 +41,7 @@ class BareLoop:
         return len(self._torque) / (time.perf_counter() - begin)
 
 
-def rate(function, plan: Plan) -> float:
+def rate(function, plan: RunConfig) -> float:
     """Return periods a second of one run, everything from the plan to the arrays in it."""
     begin = time.perf_counter()
     function(plan)

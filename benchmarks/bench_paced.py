@@ -14,7 +14,7 @@ from two_nodes_recorded import run
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.launcher.two_nodes import run_two_nodes
-from ur5_ros.loop.run_config import Plan, run_config
+from ur5_ros.loop.run_config import RunConfig, run_config
 
 RATE = 1000
 SECONDS = 20.0
@@ -70,7 +70,7 @@ class Clocks(NamedTuple):
     """By how much the node says that it moved its schedule [s]."""
 
 
-def clocks(plan: Plan) -> Clocks:
+def clocks(plan: RunConfig) -> Clocks:
     """Run both nodes and read the clocks from the simulator's bag."""
     os.environ['UR5_ROS_CORE'] = ''
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:

@@ -20,7 +20,7 @@ from ur5_ros.control.computed_torque import computed_torque
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.gains import gains_from
 from ur5_ros.launcher.node_processes import last_core, private_environment
-from ur5_ros.loop.run_config import Plan, run_config
+from ur5_ros.loop.run_config import RunConfig, run_config
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.nodes.control.topics import PARTS
 from ur5_ros.nodes.ros.messages import EffortReader, StateReader
@@ -58,7 +58,7 @@ class Laps:
         return result
 
 
-def parts_of_a_period(plan: Plan, periods: int, publish_bytes, take) -> dict[str, float]:
+def parts_of_a_period(plan: RunConfig, periods: int, publish_bytes, take) -> dict[str, float]:
     """Return the processor time of each part of a period [s], both nodes together."""
     lap = Laps()
     plant = plant_from_parameters(plan.sim)
@@ -70,7 +70,7 @@ def parts_of_a_period(plan: Plan, periods: int, publish_bytes, take) -> dict[str
     parts = FixedJointState([f'{part}/{name}' for part in PARTS for name in JOINT_NAMES],
                             fields=('effort',))
     digests = PayloadHash(states), PayloadHash(commands)
-    gains = gains_from(plan.control['kp'], plan.control['kd'])
+    gains = gains_from(plan.control.kp, plan.control.kd)
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
         bag = Recording(f'{folder}/bag', 'sim', 0.0, 0)
         topic = bag.topic('/joint_states', 'sensor_msgs/msg/JointState')

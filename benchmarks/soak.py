@@ -26,9 +26,8 @@ import psutil
 from soak_page import page
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
 from ur5_ros.launcher.node_processes import NodeProcesses
-from ur5_ros.loop.run_config import Plan, run_config
+from ur5_ros.loop.run_config import run_config
 
 #: Allowed growth of a node's memory between warm-up and end [MiB].
 GROWTH = 5.0
@@ -132,13 +131,14 @@ def soak(lockstep: bool, minutes: float, split: float, folder: Path) -> dict:
     """Run both nodes for some minutes; return what was seen, with ``failures`` in words."""
     plan = run_config(control={'max_bagfile_duration': split}, sim={
         'stop_after': 0.0, 'lockstep': lockstep, 'max_bagfile_duration': split})
-    parts = {name: Parts(folder / name, topic, 10**9 // plan.sim['control_rate'])
+    parts = {name: Parts(folder / name, topic, 10**9 // plan.sim.control_rate)
              for name, (_, topic) in NODES.items()}
     memory: dict[str, list[tuple[float, float]]] = {name: [] for name in NODES}
     handles: dict[str, list[tuple[int, int]]] = {name: [] for name in NODES}
     with NodeProcesses(folder) as nodes:
         for name, (module, _) in NODES.items():
-            nodes.start(name, module, changed(name, plan) | {'bag': str(folder / name)})
+            given = getattr(plan, name).changed_by_name()
+            nodes.start(name, module, given | {'bag': str(folder / name)})
         watched = {name: psutil.Process(nodes.pid(name)) for name in NODES}
         began = time.monotonic()
         while (now := time.monotonic() - began) < 60.0 * minutes:
@@ -160,14 +160,6 @@ def soak(lockstep: bool, minutes: float, split: float, folder: Path) -> dict:
         f'{name} memory by time [s, MiB]': [(round(when), round(resident, 1))
                                             for when, resident in each]
         for name, each in memory.items()}
-
-
-def changed(name: str, plan: Plan) -> dict:
-    """Return the parameters of a node that are not what they are anyway."""
-    given, declared = ((plan.sim, SIM_PARAMETERS) if name == 'sim'
-                       else (plan.control, CONTROL_PARAMETERS))
-    usual = complete(declared, {})
-    return {key: value for key, value in given.items() if value != usual[key]}
 
 
 def judge(lockstep: bool, minutes: float, parts: dict[str, Parts], memory: dict,

@@ -10,7 +10,7 @@ import numpy as np
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.launcher.node_processes import NodeProcesses, shared_core
 from ur5_ros.launcher.two_nodes import run_two_nodes
-from ur5_ros.loop.run_config import Plan
+from ur5_ros.loop.run_config import RunConfig
 
 NODES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
 
@@ -24,7 +24,7 @@ class Times(NamedTuple):
     """From a state to the arrival of its command [ns]."""
 
 
-def run(plan: Plan, pinned: bool = True) -> Times:
+def run(plan: RunConfig, pinned: bool = True) -> Times:
     """Return the times of a run, its first tenth left out: discovery, repeated first states."""
     os.environ.pop('UR5_ROS_CORE', None)
     if not pinned:
@@ -49,7 +49,7 @@ def per_second(states: np.ndarray) -> float:
     return float((len(states) - 1) / ((states[-1] - states[0]) * 1e-9))
 
 
-def arms_at_once(plan: Plan, number: int) -> list[Times]:
+def arms_at_once(plan: RunConfig, number: int) -> list[Times]:
     """Return the times of several pairs of nodes, each in a namespace, on the same network."""
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as name, \
             NodeProcesses(Path(name)) as nodes:
@@ -57,7 +57,7 @@ def arms_at_once(plan: Plan, number: int) -> list[Times]:
         folders = [Path(name) / f'arm_{index}' for index in range(number)]
         for folder in folders:
             for node, module in NODES.items():
-                given = dict(plan.sim if node == 'sim' else plan.control)
+                given = (plan.sim if node == 'sim' else plan.control).by_name()
                 given = {key: value for key, value in given.items() if value != []}
                 if node == 'sim':
                     given['publish_clock'] = False

@@ -91,7 +91,7 @@ def stepped():
     def run(meddle=lambda k, plant, torque: torque, duration=0.6, experiment='multi_sine',
             steer=None, **given):
         plan = run_config(experiment=experiment, arm='ur5_real', duration=duration, **given)
-        rate = plan.sim['control_rate']
+        rate = plan.sim.control_rate
         plant = Plant(load_arm('ur5_real'), plan.sim)
         law = controller_from_parameters(plan.control, rate)
         states, truths, answers, events, changes = [], [], [], [], []
@@ -113,7 +113,7 @@ def stepped():
         star = Reference(*(np.array([answer.reference[i] for answer in answers])
                            for i in range(3)))
         return Run('stepped', np.array([each.stamp for each in states]), seen, float(rate),
-                   float(plan.sim['physics_rate']), None if plant.exact_sensing else true,
+                   float(plan.sim.physics_rate), None if plant.exact_sensing else true,
                    np.array([answer.torque.total for answer in answers]), star, {},
                    NodeRecord('ur5_real', load_arm('ur5_real'), plan.sim),
                    NodeRecord('ur5_real', law.arm, plan.control, changes=tuple(changes)),

@@ -1,11 +1,13 @@
 """The table of node parameters: defaults valid, wrong values refused by name."""
 
+import dataclasses
 import math
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ur5_ros.config.node_parameters import ControlParameters, SimParameters
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS, check, complete
 from ur5_ros.errors import InputError
 from ur5_ros.signals import stamp_of_period
@@ -22,6 +24,17 @@ def test_every_default_is_valid_described_and_named_once(table):
     assert complete(table, values) == values
     assert len({parameter.name for parameter in table}) == len(table)
     assert all(parameter.description.endswith('.') for parameter in table)
+
+
+@pytest.mark.parametrize('record', [SimParameters, ControlParameters])
+def test_a_record_has_a_field_of_the_declared_type_for_every_parameter(record):
+    declared = {each.name.replace('.', '_'): type(each.default).__name__
+                for each in record.declared}
+    fields = {field.name: field.type.__name__ for field in dataclasses.fields(record)}
+    assert fields == declared  # list[float] is named list
+    parameters = record.of({'tf_prefix': 'left_'})
+    assert parameters.changed_by_name() == {'tf_prefix': 'left_'}
+    assert record.of(parameters.by_name()) == parameters
 
 
 @given(st.sampled_from(ALL), ANYTHING)

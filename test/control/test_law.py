@@ -128,7 +128,7 @@ def test_gains_change_while_it_runs_and_bad_ones_leave_the_old(holding, close_lo
             ({'kp': [30.0], 'kd': [float('nan')]}, 'kd is nan; give a finite number')):
         with pytest.raises(InputError, match=words):
             controller.change(changes)
-    assert controller.parameters['kp'] == [25.0]
+    assert controller.parameters.kp == [25.0]
     plant.step(torque.total)
     plant.q, plant.qd = HOME + 0.01, ZERO
     assert_allclose(controller.update(plant.state).torque.feedback, torque.feedback, atol=1e-9)

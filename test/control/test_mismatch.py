@@ -24,7 +24,7 @@ LOADED = with_payload(ARM, 1.0, (0.0, 0.0, 0.05))
 def settle(seconds, plant_parameters, **law):
     """Hold the arm at HOME; return its last state and fastest joint of the last second."""
     controller = controller_from_parameters({'arm': 'ur5_real', **law}, 1000)
-    plant = plant_from_parameters(complete(SIM_PARAMETERS, plant_parameters))
+    plant = plant_from_parameters(plant_parameters)
     try:
         speeds = []
         for _ in range(round(seconds * 1000)):

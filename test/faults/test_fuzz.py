@@ -9,6 +9,8 @@ from hostile import NUMBERS, TEXTS, hostile_command
 
 from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
+from ur5_ros.config.node_parameters import SimParameters
+from ur5_ros.config.parameters import HOME
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.messages import EffortReader, StateReader
@@ -21,7 +23,7 @@ from ur5_ros.sim.plant import plant_from_parameters
 @pytest.mark.fault(1, 2, 3, 5, 6, 7, 8, 9, 10, 18, 22, 64)
 def test_no_command_brings_the_plant_out_of_the_finite(times, record_property):
     dice, now = random.Random(1), [0.0]
-    parameters = complete(SIM_PARAMETERS, {'lockstep_timeout': 0.0})
+    parameters = SimParameters.of({'lockstep_timeout': 0.0})
     plant = plant_from_parameters(parameters)
     gate = CommandGate(list(JOINT_NAMES), parameters, clock=lambda: now[0])
     reader, limit = EffortReader(JOINT_NAMES), plant.arm.limits.effort
@@ -61,8 +63,8 @@ def test_no_command_brings_the_plant_out_of_the_finite(times, record_property):
 def test_no_state_brings_an_answer_that_is_not_finite(times, record_property):
     dice = random.Random(2)
     layout, reader = FixedJointState(JOINT_NAMES), StateReader(list(JOINT_NAMES))
-    controller = controller_from_parameters(complete(CONTROL_PARAMETERS, {}), 1000)
-    home = np.array(complete(SIM_PARAMETERS, {})['initial_positions'])
+    controller = controller_from_parameters({}, 1000)
+    home = np.array(HOME)
     k, answered, refused = 0, 0, 0
     count = times(2_000, 100_000)
     for _ in range(count):
@@ -94,8 +96,8 @@ def test_no_parameter_set_is_taken_that_is_out_of_range(times, record_property):
     values = (*NUMBERS, *TEXTS, None, True, [], [0.0] * 6, [math.nan] * 6, [1] * 3, {'a': 1},
               10**30, -1, 2, 'brake')
     tried = refused = 0
-    plant = plant_from_parameters(complete(SIM_PARAMETERS, {}))
-    controller = controller_from_parameters(complete(CONTROL_PARAMETERS, {}), 1000)
+    plant = plant_from_parameters({})
+    controller = controller_from_parameters({}, 1000)
     controller.update(ArmState(1_000_000, plant.state.q, plant.state.qd, plant.state.effort))
     for _ in range(times(500, 5_000)):
         for table, change in ((SIM_PARAMETERS, plant.change),

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from ur5_ros.config import SIM_PARAMETERS, complete, list_arms, load_arm
+from ur5_ros.config import list_arms, load_arm
 from ur5_ros.sim.plant import plant_from_parameters
 from ur5_ros.sim.urdf import urdf_text
 
@@ -24,7 +24,7 @@ def plant_of():
 
     def make(**given):
         parameters = {name.replace('__', '.'): value for name, value in given.items()}
-        plants.append(plant_from_parameters(complete(SIM_PARAMETERS, parameters)))
+        plants.append(plant_from_parameters(parameters))
         return plants[-1]
 
     yield make

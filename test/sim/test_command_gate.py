@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ur5_ros.config import SIM_PARAMETERS, complete
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.signals import JOINT_NAMES, stamp_of_period
 from ur5_ros.sim.command_gate import CommandGate
 
@@ -29,7 +29,7 @@ def clock():
 
 
 def gate_of(clock, **given):
-    return CommandGate(JOINT_NAMES, complete(SIM_PARAMETERS, given), clock)
+    return CommandGate(JOINT_NAMES, SimParameters.of(given), clock)
 
 
 def stamp(k):

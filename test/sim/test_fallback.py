@@ -24,10 +24,8 @@ def poses(number, seed):
 def test_the_brake_stops_the_arm_within_a_twentieth_of_a_radian_from_anywhere(
         plant_of, arm, record_property):
     longest = 0.0
-    plant = plant_of(arm=arm)
     for q, qd in poses(40, seed=31):
-        plant.parameters['initial_positions'], plant.parameters['initial_velocities'] = q, qd
-        plant.reset()
+        plant = plant_of(arm=arm, initial_positions=q, initial_velocities=qd)
         for _ in range(300):
             state = plant.step(None)
             assert (np.abs(state.effort) <= plant.arm.limits.effort).all()
@@ -79,7 +77,7 @@ def test_gravity_compensation_lets_motion_die_out_at_any_control_rate(plant_of, 
     speeds = [np.abs(plant.step(None).qd).max() for _ in range(rate)]
     assert max(speeds) < 1.0
     assert speeds[-1] < 1e-6
-    assert np.abs(plant.truth.q - plant.parameters['initial_positions']).max() < 0.1
+    assert np.abs(plant.truth.q - plant.parameters.initial_positions).max() < 0.1
 
 
 @pytest.mark.parametrize('rate', [10, 100, 500])

@@ -248,7 +248,7 @@ def test_changes_act_from_the_next_step_and_are_events(plant_of):
 ])
 def test_a_change_out_of_range_is_refused_and_changes_nothing(plant_of, name, value, reason):
     plant = plant_of()
-    before = dict(plant.parameters)
+    before = plant.parameters
     with pytest.raises(InputError, match=reason):
         plant.change(name, value)
     assert plant.parameters == before and not plant.drain_events()

@@ -205,9 +205,9 @@ def test_an_interrupted_sweep_goes_on_where_it_was(alone, tmp_path):
 
 def test_two_sweeps_do_not_work_in_one_folder(tmp_path):
     folder = SweepFolder(tmp_path / 'sweep', spec_of())
-    with folder.alone(), pytest.raises(InputError, match='another ur5 sweep works'):
+    with folder.lock(), pytest.raises(InputError, match='another ur5 sweep works'):
         run_sweep(folder.spec, SweepFolder(tmp_path / 'sweep', spec_of()), workers=1)
-    with folder.alone():
+    with folder.lock():
         assert folder.done() == set()
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
-from ur5_ros.config.parameters import CONTROL_PARAMETERS, complete
+from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control import planning
 from ur5_ros.control.computed_torque import not_finite
 from ur5_ros.control.execution import TrajectoryExecutor
@@ -39,14 +39,14 @@ _ZERO = np.zeros(6)
 
 
 def controller_from_parameters(
-    parameters: Mapping[str, Any], control_rate: int | None = None,
+    parameters: Mapping[str, Any] | ControlParameters, control_rate: int | None = None,
 ) -> 'Controller':
     """
     Return the controller that the parameters of control_node describe.
 
     Parameters
     ----------
-    parameters : mapping
+    parameters : ControlParameters or mapping
         Values of ``CONTROL_PARAMETERS``; what is missing takes its default.
     control_rate : int, optional
         Control periods a second [Hz], where known.
@@ -57,8 +57,8 @@ def controller_from_parameters(
         As :func:`ur5_ros.config.load_arm` and :class:`Controller`.
 
     """
-    complete_set = complete(CONTROL_PARAMETERS, parameters)
-    return Controller(load_arm(complete_set['arm']), complete_set, control_rate)
+    complete_set = ControlParameters.of(parameters)
+    return Controller(load_arm(complete_set.arm), complete_set, control_rate)
 
 
 class Controller:
@@ -96,17 +96,18 @@ class Controller:
 
     """
 
-    def __init__(self, arm: ArmParameters, parameters: Mapping[str, Any] | None = None,
+    def __init__(self, arm: ArmParameters,
+                 parameters: Mapping[str, Any] | ControlParameters | None = None,
                  control_rate: int | None = None):
-        self.parameters = complete(CONTROL_PARAMETERS, parameters or {})
+        self.parameters = ControlParameters.of(parameters)
         self.arm = arm
         self._rate = control_rate
         self._settings = settings_from(self.parameters, self.arm, control_rate)
         self._names = self._settings.joint_names
         self.experiment = None
-        if self.parameters['experiment']:
+        if self.parameters.experiment:
             self.experiment = experiment_trajectory(
-                load_experiment(self.parameters['experiment']), self.arm,
+                load_experiment(self.parameters.experiment), self.arm,
                 self._settings.control_rate, self._settings.singularity_margin)
         self._law = self._settings.law()
         self._validator = StateValidator()
@@ -282,8 +283,8 @@ class Controller:
             'last_doubt': self._validator.sentence,
             'arm': self.arm.name,
             'mode': self._settings.mode,
-            'effort_convention': self.parameters['effort_convention'],
-            'experiment': self.parameters['experiment'],
+            'effort_convention': self.parameters.effort_convention,
+            'experiment': self.parameters.experiment,
             **self._counts,
             **describe(self._output, self._validator.last, self._executor, self.arm),
         }
@@ -319,7 +320,7 @@ class Controller:
         rest = plan_rest(self._settings, state)
         why = '' if arrival is StateStatus.FIRST else f', since {self._validator.sentence}'
         self._begin(rest, f'hold{why}', state.stamp)
-        if arrival is StateStatus.FIRST and self.parameters['autostart'] and self.experiment:
+        if arrival is StateStatus.FIRST and self.parameters.autostart and self.experiment:
             try:
                 plan = plan_autostart(self._settings, rest.motion.at(0), self.experiment)
             except InputError as refusal:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, HOME, check
 from ur5_ros.control.computed_torque import UNWEIGHTED_MODES, TorqueLaw
 from ur5_ros.control.gains import Gains, gains_from, sampled_radius
@@ -51,7 +52,7 @@ class Settings(NamedTuple):
 
 
 def settings_from(
-    parameters: Mapping[str, Any],
+    parameters: ControlParameters,
     arm: ArmParameters,
     control_rate: int | None,
 ) -> Settings:
@@ -60,8 +61,8 @@ def settings_from(
 
     Parameters
     ----------
-    parameters : mapping
-        A value for each of ``CONTROL_PARAMETERS``.
+    parameters : ControlParameters
+        All of them.
     arm : ArmParameters
         The law's arm.
     control_rate : int or None
@@ -78,29 +79,29 @@ def settings_from(
         If the gains are not stable, or held torques would shake the arm in the mode.
 
     """
-    gains = gains_from(parameters['kp'], parameters['kd'])
-    mode = parameters['mode']
+    gains = gains_from(parameters.kp, parameters.kd)
+    mode = parameters.mode
     rate = control_rate or USUAL_RATE
     check_sampled(mode, gains, arm, rate)
-    speed = np.minimum(_six(parameters['max_velocity']), arm.limits.velocity)
+    speed = np.minimum(_six(parameters.max_velocity), arm.limits.velocity)
     return Settings(
         arm=arm,
         control_rate=rate,
         mode=mode,
         gains=gains,
-        gravity_excluded=parameters['effort_convention'] == 'gravity_excluded',
-        motion_limits=MotionLimits(speed, _six(parameters['max_acceleration']),
-                                   _six(parameters['max_jerk'])),
-        max_joint_jump=parameters['max_joint_jump'],
-        singularity_margin=parameters['singularity_margin'],
-        tool_speed=parameters['tool_speed'],
-        torque_rate_limit=parameters['torque_rate_limit'] or np.inf,
-        allow_nonzero_end_velocity=parameters['allow_nonzero_velocity_at_trajectory_end'],
-        tolerances=default_tolerances(parameters['constraints.trajectory'],
-                                      parameters['constraints.goal'],
-                                      parameters['constraints.goal_time']),
-        max_state_jump=parameters['max_state_jump'],
-        prefix=parameters['tf_prefix'],
+        gravity_excluded=parameters.effort_convention == 'gravity_excluded',
+        motion_limits=MotionLimits(speed, _six(parameters.max_acceleration),
+                                   _six(parameters.max_jerk)),
+        max_joint_jump=parameters.max_joint_jump,
+        singularity_margin=parameters.singularity_margin,
+        tool_speed=parameters.tool_speed,
+        torque_rate_limit=parameters.torque_rate_limit or np.inf,
+        allow_nonzero_end_velocity=parameters.allow_nonzero_velocity_at_trajectory_end,
+        tolerances=default_tolerances(parameters.constraints_trajectory,
+                                      parameters.constraints_goal,
+                                      parameters.constraints_goal_time),
+        max_state_jump=parameters.max_state_jump,
+        prefix=parameters.tf_prefix,
     )
 
 
@@ -150,20 +151,20 @@ def check_sampled(mode: str, gains: Gains, arm: ArmParameters, control_rate: int
         f'[{", ".join(map(_two_digits, largest))}]')
 
 
-def changed(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+def changed(parameters: ControlParameters, changes: Mapping[str, Any]) -> ControlParameters:
     """
     Return the parameters with some changed while the node runs.
 
     Parameters
     ----------
-    parameters : mapping
+    parameters : ControlParameters
         The values now.
     changes : mapping
         New values of parameters that are live.
 
     Returns
     -------
-    dict
+    ControlParameters
         A complete new set.
 
     Raises
@@ -173,14 +174,14 @@ def changed(parameters: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[s
 
     """
     known = {parameter.name: parameter for parameter in CONTROL_PARAMETERS}
-    new = dict(parameters)
+    new = {}
     for name, value in changes.items():
         if name not in known:
             raise InputError(f'unknown parameter {name!r}')
         if not known[name].live:
             raise InputError(f'{name} is read at the start only; restart with the new value')
         new[name] = check(known[name], value)
-    return new
+    return parameters.replaced(new)
 
 
 def _two_digits(value: float) -> str:

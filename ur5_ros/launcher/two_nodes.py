@@ -7,17 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete
+from ur5_ros.config.node_parameters import NodeParameters
 from ur5_ros.config.topics import CONTROL_NODE, SIM_NODE
 from ur5_ros.errors import InputError
 from ur5_ros.launcher.node_processes import GRACE, NodeProcesses, shared_core
 from ur5_ros.launcher.progress import BagGrowth
-from ur5_ros.loop.run_config import Plan
+from ur5_ros.loop.run_config import RunConfig
 
 #: Wall-clock time without a new state after which a run is given up [s].
 START_TIMEOUT = 120.0
-
-_DEFAULTS = {'sim': complete(SIM_PARAMETERS, {}), 'control': complete(CONTROL_PARAMETERS, {})}
 
 #: Process to its module, and to what stands before the parameters of each node in it.
 _TWO = {'sim': ('sim_node', {'sim': ''}), 'control': ('control_node', {'control': ''})}
@@ -25,7 +23,7 @@ _ONE = {'closed_loop': ('closed_loop', {'sim': f'{SIM_NODE}:', 'control': f'{CON
 
 
 def run_two_nodes(
-    plan: Plan, folder: Path, progress: Callable[[float], None] = lambda seconds: None,
+    plan: RunConfig, folder: Path, progress: Callable[[float], None] = lambda seconds: None,
     composed: bool = False,
 ) -> float:
     """
@@ -33,7 +31,7 @@ def run_two_nodes(
 
     Parameters
     ----------
-    plan : Plan
+    plan : RunConfig
         Parameters of both; ``bag`` is set here.
     folder : Path
         Run folder, which exists and is empty.
@@ -53,16 +51,16 @@ def run_two_nodes(
         If a node ends early or nothing moves for two minutes; its own last line is in it.
 
     """
-    parameters = {'sim': plan.sim, 'control': plan.control}
+    parameters: dict[str, NodeParameters] = {'sim': plan.sim, 'control': plan.control}
     with tempfile.TemporaryDirectory(prefix='ur5-run-') as logs, \
             NodeProcesses(Path(logs)) as nodes:
         nodes.environment.setdefault('ROS_LOG_DIR', logs)
         processes = _ONE if composed else _TWO
-        if plan.sim['lockstep'] and not composed:
+        if plan.sim.lockstep and not composed:
             nodes.environment.setdefault('UR5_ROS_CORE', shared_core())
         for process, (module, prefixes) in processes.items():
             given = {prefix + key: value for node, prefix in prefixes.items()
-                     for key, value in parameters[node].items() if value != _DEFAULTS[node][key]}
+                     for key, value in parameters[node].changed_by_name().items()}
             given |= {f'{prefix}bag': str((folder / node).absolute())
                       for node, prefix in prefixes.items()}
             nodes.start(process, f'ur5_ros.nodes.{module}', given)
@@ -80,7 +78,7 @@ def run_two_nodes(
     return float(times[-1] - times[1]) * 1e-9 if len(times) > 2 else 0.0
 
 
-def _watch(nodes: NodeProcesses, processes: list[str], growth: BagGrowth, plan: Plan,
+def _watch(nodes: NodeProcesses, processes: list[str], growth: BagGrowth, plan: RunConfig,
            progress: Callable[[float], None]) -> None:
     """Wait for the simulator's end."""
     sim, *others = processes
@@ -89,7 +87,7 @@ def _watch(nodes: NodeProcesses, processes: list[str], growth: BagGrowth, plan: 
         now = time.monotonic()
         if growth.messages() > states:
             states, moved = growth.messages(), now
-            progress(min(states / plan.sim['control_rate'], plan.duration))
+            progress(min(states / plan.sim.control_rate, plan.duration))
         for other in others:
             code = nodes.poll(other)
             if code is not None and nodes.wait(sim, GRACE) is None:

@@ -9,12 +9,12 @@ from ur5_ros.control.controller import Controller
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.loop.recording import record
 from ur5_ros.loop.rollout import rollout
-from ur5_ros.loop.run_config import Plan, arm_named
+from ur5_ros.loop.run_config import RunConfig, arm_named
 from ur5_ros.signals import ArmState, Reference
 from ur5_ros.sim.plant import Plant
 
 
-def run_closed_loop(plan: Plan, folder: Path | str | None = None) -> LoopRun:
+def run_closed_loop(plan: RunConfig, folder: Path | str | None = None) -> LoopRun:
     """
     Run plant and law against each other for the duration of a plan.
 
@@ -22,7 +22,7 @@ def run_closed_loop(plan: Plan, folder: Path | str | None = None) -> LoopRun:
 
     Parameters
     ----------
-    plan : Plan
+    plan : RunConfig
         Parameters of both sides.
     folder : path, optional
         Run folder to record into, ``sim`` and ``control`` as the nodes do; nothing is recorded
@@ -54,10 +54,10 @@ def run_closed_loop(plan: Plan, folder: Path | str | None = None) -> LoopRun:
     return run
 
 
-def full_loop(plan: Plan) -> LoopRun:
+def full_loop(plan: RunConfig) -> LoopRun:
     """Run Plant and Controller as the nodes run them; see :func:`run_closed_loop`."""
-    sim_arm = arm_named(plan.sim['arm'])
-    controller = Controller(arm_named(plan.control['arm']), plan.control, plan.sim['control_rate'])
+    sim_arm = arm_named(plan.sim.arm)
+    controller = Controller(arm_named(plan.control.arm), plan.control, plan.sim.control_rate)
     plant = Plant(sim_arm, plan.sim)
     states, truths, answers, events = [], [], [], []
     try:

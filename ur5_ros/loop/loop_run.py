@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.analysis.data import run as series
 from ur5_ros.analysis.data.run import NodeRecord, Run, States
-from ur5_ros.loop.run_config import Plan
+from ur5_ros.loop.run_config import RunConfig
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, Torque
 from ur5_ros.sim.events import Event
@@ -16,7 +16,7 @@ from ur5_ros.sim.events import Event
 class LoopRun(NamedTuple):
     """One row a control period; angles are the manufacturer's."""
 
-    plan: Plan
+    plan: RunConfig
     sim_arm: ArmParameters
     control_arm: ArmParameters
     stamp: np.ndarray
@@ -55,14 +55,14 @@ def as_run(loop: LoopRun, name: str = 'loop') -> Run:
         name=name,
         stamp=loop.stamp,
         states=States(loop.q, loop.qd, loop.effort),
-        control_rate=float(sim['control_rate']),
-        physics_rate=float(sim['physics_rate']),
+        control_rate=float(sim.control_rate),
+        physics_rate=float(sim.physics_rate),
         truth=loop.truth,
         command=parts['total'],
         reference=loop.reference,
         parts=parts,
-        sim=NodeRecord(sim['arm'], loop.sim_arm, sim),
-        control=NodeRecord(control['arm'], loop.control_arm, control),
+        sim=NodeRecord(sim.arm, loop.sim_arm, sim.by_name()),
+        control=NodeRecord(control.arm, loop.control_arm, control.by_name()),
         events=tuple(series.RecordedEvent(event.stamp, event.kind, event.message,
                                   {key: json.loads(value) for key, value in event.values.items()})
                      for event in loop.events),

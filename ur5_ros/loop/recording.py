@@ -3,7 +3,6 @@
 import time
 from collections import defaultdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from ur5_ros.cdr.fixed_messages import (
     encode_string,
 )
 from ur5_ros.config import arm_text
+from ur5_ros.config.node_parameters import NodeParameters
 from ur5_ros.config.topics import (
     CONTROL_NODE,
     CONTROL_TOPICS,
@@ -76,7 +76,7 @@ class _Bags:
 
     def __init__(self, run: LoopRun, folder: Path) -> None:
         plan, sim_arm, self._arm = run.plan, run.sim_arm, run.control_arm
-        prefix = plan.sim['tf_prefix']
+        prefix = plan.sim.tf_prefix
         names = [prefix + name for name in JOINT_NAMES]
         self._state = FixedJointState(names)
         self._command = FixedJointState(names, fields=('effort',))
@@ -87,7 +87,7 @@ class _Bags:
         self._pose = FixedPose(prefix + 'base')
         self._exact = run.truth is None
         self._arm_name = sim_arm.name
-        rate = plan.control['monitor_rate']
+        rate = plan.control.monitor_rate
         self._monitor_period, self._monitored = round(1e9 / rate) if rate else 0, -1
         name = folder.name
         self._sim = _Bag('sim', name, folder, plan.sim, sim_arm.name, self._state,
@@ -141,13 +141,13 @@ class _Bags:
 class _Bag:
     """One side's bag, its topics by role."""
 
-    def __init__(self, node: str, run: str, folder: Path, parameters: dict[str, Any],
+    def __init__(self, node: str, run: str, folder: Path, parameters: NodeParameters,
                  arm_name: str, state: FixedJointState, command: FixedJointState) -> None:
         self._run = run
         topics = [(topic, topic.absolute(_NODES[node])) for topic in _TOPICS[node]]
         self._hashes = {'joint_states': PayloadHash(state), 'joint_command': PayloadHash(command)}
         self._writer = BagWriter(folder / node, describe(
-            node, run, arm_name, arm_text(parameters['arm']), parameters,
+            node, run, arm_name, arm_text(parameters.arm), parameters.by_name(),
             {topic.role: name for topic, name in topics}, fingerprint()), blocking=True)
         self._ids = {
             topic.role: self._writer.topic(name, topic.type, qos_profile(**topic.qos._asdict()))

@@ -16,26 +16,19 @@ from ur5_ros.control.kernel import TOTAL
 from ur5_ros.control.settings import settings_from
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.loop.rollout_engine import Rollout, RolloutEngine
-from ur5_ros.loop.run_config import Plan, arm_named
+from ur5_ros.loop.run_config import RunConfig, arm_named
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, stamp_of_period
 from ur5_ros.sim.limits import check_initial_state, state_bounds
 
-#: What the short way leaves to the long one: the value that each parameter has to have.
-_SIM_PLAIN = {'effort_convention': 'total', 'gui': False}
-_CONTROL_PLAIN = {'effort_convention': 'total', 'mode': 'computed_torque', 'autostart': True,
-                  'torque_rate_limit': 0.0}
-#: Where these are not zero the encoders tell something else than the truth.
-_IMPERFECT = ('delay.state_periods', 'noise.position', 'noise.velocity')
 
-
-def rollout(plan: Plan) -> LoopRun | None:
+def rollout(plan: RunConfig) -> LoopRun | None:
     """
     Return the run of a plan, or None where it is not a usual one.
 
     Parameters
     ----------
-    plan : Plan
+    plan : RunConfig
         Parameters of both sides.
 
     Raises
@@ -45,26 +38,25 @@ def rollout(plan: Plan) -> LoopRun | None:
 
     """
     sim, control = plan.sim, plan.control
-    if any(sim[key] != value for key, value in _SIM_PLAIN.items()) or any(
-            control[key] != value for key, value in _CONTROL_PLAIN.items()):
+    if sim.gui or 'gravity_excluded' in (sim.effort_convention, control.effort_convention) or not (
+            control.mode == 'computed_torque' and control.autostart and control.experiment
+            and control.torque_rate_limit == 0.0):
         return None
-    if not control['experiment']:
-        return None
-    sim_arm, arm = arm_named(sim['arm']), arm_named(control['arm'])
-    rate = sim['control_rate']
-    stamp, table = _table(control['experiment'], control['arm'], rate,
-                          control['singularity_margin'])
+    sim_arm, arm = arm_named(sim.arm), arm_named(control.arm)
+    rate = sim.control_rate
+    stamp, table = _table(control.experiment, control.arm, rate,
+                          control.singularity_margin)
     if plan.periods > len(stamp):
         return None
     settings = settings_from(control, arm, rate)  # refuses what cannot run
-    check_initial_state(sim_arm, sim['initial_positions'])
+    check_initial_state(sim_arm, sim.initial_positions)
     stamp, table = stamp[:plan.periods], Reference(*(part[:plan.periods] for part in table))
     run = RolloutEngine(plan, sim_arm).run(settings, table)
     if run is None or not _within_limits(run, sim_arm):
         return None
-    states = run.states[::sim['physics_rate'] // rate]
+    states = run.states[::sim.physics_rate // rate]
     effort = np.vstack([np.zeros((1, 6)), run.effort])
-    exact = not any(sim[key] for key in _IMPERFECT)
+    exact = not (sim.delay_state_periods or sim.noise_position or sim.noise_velocity)
     return LoopRun(plan, sim_arm, arm, stamp, run.seen[:, :6], run.seen[:, 6:],
                    effort[run.late],
                    None if exact else States(states[:, :6], states[:, 6:], effort),

@@ -2,17 +2,18 @@
 
 import struct
 import threading
-from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.control import kernel
 from ur5_ros.control.computed_torque import TorqueLaw
 from ur5_ros.control.kernel import TOTAL
 from ur5_ros.control.settings import Settings
 from ur5_ros.control.takeover import START_DISTANCE
-from ur5_ros.loop.run_config import Plan
+from ur5_ros.loop.run_config import RunConfig
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, stamp_of_period
 from ur5_ros.sim.bullet_arm import BulletArm, Joints
@@ -54,19 +55,19 @@ class RolloutEngine:
 
     Parameters
     ----------
-    plan : Plan
+    plan : RunConfig
         Parameters of both sides.
     arm : ArmParameters
         The simulator's arm.
 
     """
 
-    def __init__(self, plan: Plan, arm: ArmParameters) -> None:
+    def __init__(self, plan: RunConfig, arm: ArmParameters) -> None:
         self._sim, self._arm, self._periods = plan.sim, arm, plan.periods
-        self._substeps = plan.sim['physics_rate'] // plan.sim['control_rate']
-        self._delay = min(plan.sim['delay.command_periods'], plan.periods - 1)
+        self._substeps = plan.sim.physics_rate // plan.sim.control_rate
+        self._delay = min(plan.sim.delay_command_periods, plan.periods - 1)
         self._effects = PlantParameters(plan.sim).effects(arm)
-        integrator = PlantIntegrator(self._effects, 1.0 / plan.sim['physics_rate'])
+        integrator = PlantIntegrator(self._effects, 1.0 / plan.sim.physics_rate)
         self._integrator = None if integrator.none else integrator
 
     def run(self, settings: Settings, table: Reference) -> Rollout | None:
@@ -83,7 +84,7 @@ class RolloutEngine:
         """
         periods, delay, law = self._periods, self._delay, settings.law()
         states = np.empty(((periods - 1) * self._substeps + 1, 12))
-        states[0] = [*self._sim['initial_positions'], *self._sim['initial_velocities']]
+        states[0] = [*self._sim.initial_positions, *self._sim.initial_velocities]
         told = _MeasuredStates(self._sim, states[::self._substeps])
         if np.abs(told.first[:6] - table.q[0]).max() > START_DISTANCE:
             return None
@@ -132,15 +133,15 @@ class RolloutEngine:
 
     def _fall_back(self, bullet: BulletArm, values: tuple[float, ...]) -> np.ndarray:
         """Return the torque of a period in which no command has come yet [N m]."""
-        return fallback_torque(self._sim['fallback'], bullet, Joints(values[:6], values[6:]),
+        return fallback_torque(self._sim.fallback, bullet, Joints(values[:6], values[6:]),
                                self._effects, np.array(self._arm.limits.effort),
-                               self._substeps / self._sim['physics_rate'])
+                               self._substeps / self._sim.physics_rate)
 
     def _events(self) -> tuple[Event, ...]:
         """Return the events: a fallback until the first command arrives."""
-        log, rate = EventLog(self._arm), self._sim['control_rate']
+        log, rate = EventLog(self._arm), self._sim.control_rate
         if self._delay > 0:
-            log.fall_back(stamp_of_period(1, rate), self._sim['fallback'])
+            log.fall_back(stamp_of_period(1, rate), self._sim.fallback)
         if 0 < self._delay < self._periods - 1:
             log.fall_back(stamp_of_period(self._delay + 1, rate), '')
         return tuple(log.drain())
@@ -148,34 +149,34 @@ class RolloutEngine:
     def _world(self) -> BulletArm:
         """Return this thread's world with the bodies in it, at the initial state."""
         sim = self._sim
-        gravity = list(sim['gravity']) or self._arm.gravity.tolist()
-        load = sim['arm'], sim['payload.mass'], sim['payload.com'], gravity
+        gravity = sim.gravity or self._arm.gravity.tolist()
+        load = sim.arm, sim.payload_mass, sim.payload_com, gravity
         bullet, loaded, rate, loads = getattr(_here, 'world', (None, None, None, 0))
-        if bullet is None or rate != sim['physics_rate'] or loaded != load:
+        if bullet is None or rate != sim.physics_rate or loaded != load:
             _here.world = (None, None, None, 0)
-            arm = loaded_arm(self._arm, sim['payload.mass'], sim['payload.com'])
-            if bullet is not None and rate == sim['physics_rate'] and loads < _MOST_LOADS:
+            arm = loaded_arm(self._arm, sim.payload_mass, sim.payload_com)
+            if bullet is not None and rate == sim.physics_rate and loads < _MOST_LOADS:
                 bullet.load(arm, gravity)  # opening a world takes longer
             else:
                 if bullet is not None:
                     bullet.close()
-                bullet, loads = BulletArm(arm, np.array(gravity), 1.0 / sim['physics_rate']), 0
-            _here.world = bullet, load, sim['physics_rate'], loads + 1
-        bullet.place(sim['initial_positions'], sim['initial_velocities'])
+                bullet, loads = BulletArm(arm, np.array(gravity), 1.0 / sim.physics_rate), 0
+            _here.world = bullet, load, sim.physics_rate, loads + 1
+        bullet.place(sim.initial_positions, sim.initial_velocities)
         return bullet
 
 
 class _MeasuredStates:
     """What the encoders tell: states of some periods before, with noise, or exactly."""
 
-    def __init__(self, sim: Mapping[str, Any], states: np.ndarray) -> None:
-        self._states, delay = states, sim['delay.state_periods']
+    def __init__(self, sim: SimParameters, states: np.ndarray) -> None:
+        self._states, delay = states, sim.delay_state_periods
         periods = np.arange(len(states))
         self.late = np.maximum(periods - delay, 0) if delay else periods
-        spread = np.repeat([sim['noise.position'], sim['noise.velocity']], 6)
+        spread = np.repeat([sim.noise_position, sim.noise_velocity], 6)
         self._noise = self._seen = None
         if spread.any():
-            draw, seed = Noise().of_period, sim['seed']
+            draw, seed = Noise().of_period, sim.seed
             self._noise = spread * np.array([draw(seed, k + 1) for k in self.late.tolist()])
             self._seen = np.empty_like(self._noise)
         self.first = states[0] if self._noise is None else states[0] + self._noise[0]

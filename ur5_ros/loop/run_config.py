@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
+from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import Experiment, load_experiment
+from ur5_ros.config.node_parameters import ControlParameters, SimParameters
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.control.gains import gains_from
 from ur5_ros.errors import InputError
@@ -18,12 +19,12 @@ from ur5_ros.sim.limits import check_rates
 PHYSICS_RATE = 1000
 
 
-class Plan(NamedTuple):
+class RunConfig(NamedTuple):
     """One run before it runs."""
 
-    sim: dict[str, Any]
+    sim: SimParameters
     """Every parameter of the simulator."""
-    control: dict[str, Any]
+    control: ControlParameters
     """Every parameter of the controller."""
     duration: float
     """Simulated time [s]."""
@@ -31,7 +32,7 @@ class Plan(NamedTuple):
     @property
     def periods(self) -> int:
         """How many states there are: the simulator ends with the one at ``stop_after``."""
-        return max(1, round(self.sim['stop_after'] * self.sim['control_rate']))
+        return max(1, round(self.sim.stop_after * self.sim.control_rate))
 
 
 def run_config(
@@ -39,7 +40,7 @@ def run_config(
     control_rate: int = 1000, physics_rate: int | None = None,
     initial_error: float | list[float] | None = None, duration: float | None = None,
     sim: Mapping[str, Any] | None = None, control: Mapping[str, Any] | None = None,
-) -> Plan:
+) -> RunConfig:
     """
     Return the parameters of both sides for an experiment.
 
@@ -70,7 +71,7 @@ def run_config(
     --------
     >>> from ur5_ros import run_config
     >>> config = run_config('joint_step', arm='ur5', control_rate=500, duration=0.5)
-    >>> config.duration, config.sim['control_rate'], config.control['experiment']
+    >>> config.duration, config.sim.control_rate, config.control.experiment
     (0.5, 500, 'joint_step')
 
     """
@@ -85,16 +86,16 @@ def run_config(
     start = _start(experiment, control_arm)
     if initial_error is not None:
         start = start - np.array(spec.initial_error) + np.array(initial_error, dtype=float)
-    sim_parameters = complete(SIM_PARAMETERS, {
+    sim_parameters = SimParameters.of({
         'arm': arm, 'control_rate': control_rate, 'physics_rate': physics_rate,
         'initial_positions': start.tolist(), 'stop_after': duration, **(sim or {})})
-    control_parameters = complete(CONTROL_PARAMETERS, {
+    control_parameters = ControlParameters.of({
         'arm': control_arm, 'experiment': experiment, 'autostart': True,
-        'effort_convention': sim_parameters['effort_convention'], **(control or {})})
-    check_rates(sim_parameters['control_rate'], sim_parameters['physics_rate'])
-    if control_parameters['mode'] == 'computed_torque':
-        gains_from(control_parameters['kp'], control_parameters['kd'])
-    return Plan(sim_parameters, control_parameters, duration)
+        'effort_convention': sim_parameters.effort_convention, **(control or {})})
+    check_rates(sim_parameters.control_rate, sim_parameters.physics_rate)
+    if control_parameters.mode == 'computed_torque':
+        gains_from(control_parameters.kp, control_parameters.kd)
+    return RunConfig(sim_parameters, control_parameters, duration)
 
 
 @cache

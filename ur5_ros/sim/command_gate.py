@@ -32,6 +32,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.signals import stamp_of_period
 from ur5_ros.sim.command_validation import (
     PublisherMonitor,
@@ -69,9 +70,8 @@ class CommandGate:
     ----------
     names : sequence of str
         The six joint names, prefix included.
-    parameters : mapping
-        ``lockstep``, ``lockstep_timeout``, ``control_rate``, ``command_timeout``,
-        ``realtime_factor`` of the simulator.
+    parameters : SimParameters
+        Those of the simulator.
     clock : callable
         Steady time [s].
 
@@ -88,15 +88,15 @@ class CommandGate:
 
     """
 
-    def __init__(self, names: Sequence[str], parameters: Mapping[str, Any],
+    def __init__(self, names: Sequence[str], parameters: SimParameters,
                  clock: Callable[[], float]):
         self._names = tuple(names)
-        self._lockstep: bool = parameters['lockstep']
-        self._timeout: float = parameters['lockstep_timeout'] or math.inf
-        self._rate: int = parameters['control_rate']
-        self._oldest = round(parameters['command_timeout'] * 1e9)
+        self._lockstep: bool = parameters.lockstep
+        self._timeout: float = parameters.lockstep_timeout or math.inf
+        self._rate: int = parameters.control_rate
+        self._oldest = round(parameters.command_timeout * 1e9)
         self._clock = clock
-        self.pacer = Pacer(self._rate, 1.0 if self._lockstep else parameters['realtime_factor'],
+        self.pacer = Pacer(self._rate, 1.0 if self._lockstep else parameters.realtime_factor,
                            clock)
         self.accepted, self.fired, self.repeatable = 0, 0, True
         self._refusals = RefusalCount(clock)

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
+from ur5_ros.config import load_arm
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
@@ -19,14 +20,14 @@ from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Sensor
 
 
-def plant_from_parameters(parameters: Mapping[str, Any]) -> 'Plant':
+def plant_from_parameters(parameters: Mapping[str, Any] | SimParameters) -> 'Plant':
     """
     Return the plant that the parameters of the simulator describe.
 
     Parameters
     ----------
-    parameters : mapping
-        A value for every parameter, as :func:`ur5_ros.config.complete` gives.
+    parameters : SimParameters or mapping
+        What is missing takes its default.
 
     Raises
     ------
@@ -34,7 +35,8 @@ def plant_from_parameters(parameters: Mapping[str, Any]) -> 'Plant':
         As :func:`ur5_ros.config.load_arm` and :class:`Plant`.
 
     """
-    return Plant(load_arm(parameters['arm']), parameters)
+    parameters = SimParameters.of(parameters)
+    return Plant(load_arm(parameters.arm), parameters)
 
 
 class Plant:
@@ -48,7 +50,7 @@ class Plant:
     ----------
     arm : ArmParameters
         The arm to simulate.
-    parameters : mapping, optional
+    parameters : SimParameters or mapping, optional
         Values of ``SIM_PARAMETERS``; what is missing takes its default; ``arm`` is not read.
 
     Attributes
@@ -85,17 +87,18 @@ class Plant:
 
     """
 
-    def __init__(self, arm: ArmParameters, parameters: Mapping[str, Any] | None = None):
+    def __init__(self, arm: ArmParameters,
+                 parameters: Mapping[str, Any] | SimParameters | None = None):
         self.arm = arm
-        self._plant_parameters = PlantParameters(complete(SIM_PARAMETERS, parameters or {}))
-        self.parameters = self._plant_parameters.parameters
-        self._rate, physics_rate = self.parameters['control_rate'], self.parameters['physics_rate']
+        self.parameters = start = SimParameters.of(parameters)
+        self._plant_parameters = PlantParameters(start)
+        self._rate, physics_rate = start.control_rate, start.physics_rate
         check_rates(self._rate, physics_rate)
-        check_initial_state(arm, self.parameters['initial_positions'])
+        check_initial_state(arm, start.initial_positions)
         self._substeps = physics_rate // self._rate
-        self.mechanics = Mechanics(arm, 1.0 / physics_rate, self.parameters['gui'])
+        self.mechanics = Mechanics(arm, 1.0 / physics_rate, start.gui)
         self._motors = Motors(self.mechanics, self._substeps / physics_rate,
-                              self.parameters['effort_convention'] == 'gravity_excluded')
+                              start.effort_convention == 'gravity_excluded')
         self._event_log = EventLog(arm)
         self._sensor = Sensor()
         self._delay = CommandDelay()
@@ -148,7 +151,7 @@ class Plant:
         self.truth = ArmState(self.stamp, *self.mechanics.state(), effort)
         if not moved.free or clamped is not NO_JOINTS or self._event_log.near_limits:
             self._event_log.check_limits(before, self.truth, clamped, moved.held,
-                                         self.parameters['overspeed_stop'])
+                                         self.parameters.overspeed_stop)
         if moved.ran_away:
             self._event_log.stop(self.stamp, JOINT_NAMES,
                                  'the state ran away and was put back at rest')
@@ -189,7 +192,7 @@ class Plant:
         """
         self._plant_parameters.set_wrench(force, torque, frame)
         wrench = self._plant_parameters.wrench
-        duration = self.parameters['wrench_duration']
+        duration = self.parameters.wrench_duration
         lasts = wrench.any() and duration > 0.0
         self._wrench_end = self.k + max(1, round(duration * self._rate)) if lasts else None
         self._settle()
@@ -221,20 +224,20 @@ class Plant:
         self.stamp = stamp_of_period(self.k, self._rate)
 
     def _start(self) -> None:
-        self.mechanics.place(self.parameters['initial_positions'],
-                             self.parameters['initial_velocities'])
+        self.mechanics.place(self.parameters.initial_positions,
+                             self.parameters.initial_velocities)
         self.truth = ArmState(self.stamp, *self.mechanics.state(), np.zeros(6))
         self._sense()
 
     def _settle(self) -> None:
         """Let the present parameters act: what they decide is decided here, not in a step."""
-        given = self.parameters
-        self.mechanics.set_payload(given['payload.mass'], given['payload.com'], given['gravity'])
+        given = self.parameters = self._plant_parameters.parameters
+        self.mechanics.set_payload(given.payload_mass, given.payload_com, given.gravity)
         self.mechanics.set_effects(self._plant_parameters.effects(self.arm))
-        self._sensing = (given['delay.state_periods'], given['noise.position'],
-                         given['noise.velocity'], given['seed'])
+        self._sensing = (given.delay_state_periods, given.noise_position,
+                         given.noise_velocity, given.seed)
         self.exact_sensing = not any(self._sensing[:3])
-        self._commands_delayed = given['delay.command_periods'] > 0 or self._delay.busy
+        self._commands_delayed = given.delay_command_periods > 0 or self._delay.busy
 
     def _sense(self) -> ArmState:
         self._sensor.add(self.k, self.truth)
@@ -242,7 +245,7 @@ class Plant:
         return self.state
 
     def _exchange(self, command: np.ndarray | None) -> np.ndarray | None:
-        delay = self.parameters['delay.command_periods']
+        delay = self.parameters.delay_command_periods
         command = self._delay.exchange(self.k, command, delay)
         self._commands_delayed = delay > 0 or self._delay.busy
         return command
@@ -257,7 +260,7 @@ class Plant:
         return self._motors.saturate(command)
 
     def _fall_back(self) -> np.ndarray:
-        mode = 'brake' if self.stopped else self.parameters['fallback']
+        mode = 'brake' if self.stopped else self.parameters.fallback
         self._event_log.fall_back(self.stamp, mode)
         self._event_log.counts['fallback_periods'] += 1
         return self._motors.fall_back(mode)

@@ -1,10 +1,11 @@
 """What can change while the plant runs: live parameters and the wrench at the tool."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.parameters import SIM_PARAMETERS, check
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
@@ -19,13 +20,13 @@ class PlantParameters:
 
     Parameters
     ----------
-    parameters : mapping
-        A value for every parameter of the simulator.
+    parameters : SimParameters
+        Those at the start.
 
     """
 
-    def __init__(self, parameters: Mapping[str, Any]):
-        self.parameters = dict(parameters)
+    def __init__(self, parameters: SimParameters):
+        self.parameters = parameters
         self.wrench = np.zeros(6)
         """Force [N] and torque [N m] at the origin of ``tool0``, in ``base``."""
 
@@ -41,10 +42,12 @@ class PlantParameters:
 
         """
         if name not in _LIVE:
-            what = 'cannot change during a run' if name in self.parameters else 'is no parameter'
+            known = any(name == each.name for each in SIM_PARAMETERS)
+            what = 'cannot change during a run' if known else 'is no parameter'
             raise InputError(f'{name} {what}; these can: {", ".join(_LIVE)}')
-        self.parameters[name] = check(_LIVE[name], value)
-        return self.parameters[name]
+        value = check(_LIVE[name], value)
+        self.parameters = self.parameters.replaced({name: value})
+        return value
 
     def set_wrench(self, force: Sequence[float], torque: Sequence[float], frame: str) -> None:
         """
@@ -69,6 +72,6 @@ class PlantParameters:
     def effects(self, arm: ArmParameters) -> Effects:
         """Return what acts on the joints of this arm beside bodies, gravity and motors."""
         return Effects(
-            arm.armature, np.array(self.parameters['friction.viscous']),
-            np.array(self.parameters['friction.coulomb']), self.wrench, arm.limits.lower,
+            arm.armature, np.array(self.parameters.friction_viscous),
+            np.array(self.parameters.friction_coulomb), self.wrench, arm.limits.lower,
             arm.limits.upper)

@@ -19,7 +19,7 @@ from ur5_ros.errors import InputError
 from ur5_ros.launcher.two_nodes import run_two_nodes
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
-from ur5_ros.loop.run_config import Plan, arm_named, run_config
+from ur5_ros.loop.run_config import RunConfig, arm_named, run_config
 from ur5_ros.sim.limits import check_initial_state
 from ur5_ros.sweep.batch_validation import marks_of
 from ur5_ros.sweep.spec import RunSpec, SweepSpec, altered
@@ -46,7 +46,7 @@ DIVERGED = math.pi
 METRICS = ('max_error', 'rms_error', 'final_error', 'max_torque', 'max_speed')
 
 
-def plan_of(spec: SweepSpec, run: RunSpec) -> Plan:
+def plan_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
     """
     Return the parameters of one run.
 
@@ -74,9 +74,9 @@ def plan_of(spec: SweepSpec, run: RunSpec) -> Plan:
                              f'of: {", ".join(KEYS)}')
     try:
         plan = run_config(**rest, sim=sides['sim'], control=sides['control'])
-        rate = plan.sim['control_rate']
-        settings_from(plan.control, arm_named(plan.control['arm']), rate)
-        check_initial_state(arm_named(plan.sim['arm']), plan.sim['initial_positions'])
+        rate = plan.sim.control_rate
+        settings_from(plan.control, arm_named(plan.control.arm), rate)
+        check_initial_state(arm_named(plan.sim.arm), plan.sim.initial_positions)
         return plan
     except InputError as refusal:
         told = ', '.join(f'{key} = {value}' for key, value in run.values.items())
@@ -146,11 +146,11 @@ def inputs_of(run: RunSpec) -> dict[str, Any]:
                for key, value in run.values.items()}}
 
 
-def _by_loop(plan: Plan, folder: Path | None) -> Run:
+def _by_loop(plan: RunConfig, folder: Path | None) -> Run:
     return as_run(run_closed_loop(plan, folder))
 
 
-def _by_nodes(plan: Plan, folder: Path) -> Run:
+def _by_nodes(plan: RunConfig, folder: Path) -> Run:
     from ur5_ros.analysis.data.load import load_run  # the bags are read here alone
     folder.mkdir(parents=True)
     run_two_nodes(plan, folder, composed=True)

@@ -17,7 +17,8 @@ from std_msgs.msg import Float64MultiArray, String
 from std_srvs.srv import SetBool, Trigger
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
+from ur5_ros.config import load_arm
+from ur5_ros.config.parameters import HOME
 from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.plant import plant_from_parameters
@@ -66,7 +67,7 @@ def test_a_plain_controller_gets_the_states_of_the_plant_without_ros(ros):
     states = watcher.hear(JointState, '/joint_states', react=answerer(watcher, publisher))
     assert sim.ends() == 0, sim.text
     wait_until(lambda: stamp(states[-1]) == 200_000_000, 'the last state')
-    plant = plant_from_parameters(complete(SIM_PARAMETERS, {}))
+    plant = plant_from_parameters({})
     expected = [plant.state] + [plant.step(TORQUE) for _ in range(199)]
     plant.close()
     heard = {stamp(state): state for state in states}
@@ -88,7 +89,7 @@ def test_steps_while_paused_give_the_states_of_running(ros):
         done = watcher.call(Trigger, '/ur5_sim/step')
         assert (done.success, done.message) == (True, f'state {k} is out')
     wait_until(lambda: states and stamp(states[-1]) == 11_000_000, 'state 11')
-    plant = plant_from_parameters(complete(SIM_PARAMETERS, {}))
+    plant = plant_from_parameters({})
     for _ in range(10):
         expected = plant.step(TORQUE)
     plant.close()
@@ -125,7 +126,7 @@ def test_a_reset_puts_the_arm_back_under_the_next_stamp(ros):
     stamps = list(dict.fromkeys(stamp(state) for state in states))
     assert stamps == sorted(stamps)
     again = next(state for state in states if stamp(state) == stamp(where))
-    assert again.position.tolist() == complete(SIM_PARAMETERS, {})['initial_positions']
+    assert again.position.tolist() == HOME
 
 
 SPOILT = [
@@ -193,7 +194,7 @@ def test_zeros_hold_the_arm_in_the_robots_own_convention(ros):
     states = watcher.hear(JointState, '/joint_states', react=answer)
     wait_until(lambda: states and stamp(states[-1]) == 500_000_000, 'the last state')
     arm = load_arm('ur5')
-    home = np.array(complete(SIM_PARAMETERS, {})['initial_positions'])
+    home = np.array(HOME)
     assert np.abs(np.array(states[-1].position) - home).max() < 1e-9
     assert np.allclose(states[-1].effort, gravity_torque(home + arm.angle_offset, arm))
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.diagnostics import ERROR, OK, STALE, WARN
+from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.controller import Controller, ControlOutput
 from ur5_ros.control.settings import USUAL_RATE
 from ur5_ros.errors import InputError
@@ -32,7 +33,7 @@ class ControlCycle:
         Where answers go.
     recording : Recording
         The bag.
-    parameters : mapping
+    parameters : ControlParameters
         Of the node.
     logger
         The node's logger.
@@ -43,7 +44,7 @@ class ControlCycle:
 
     def __init__(
         self, controller: Controller, outputs: ControlOutputs, recording: Recording,
-        parameters: dict[str, Any], logger: Any, on_restart: Callable[[], None],
+        parameters: ControlParameters, logger: Any, on_restart: Callable[[], None],
     ) -> None:
         self._on_restart = on_restart
         self.controller = controller
@@ -54,12 +55,12 @@ class ControlCycle:
         self._outputs = outputs
         self._recording = recording
         self._logger = logger
-        self._reader = StateReader([parameters['tf_prefix'] + name for name in JOINT_NAMES])
+        self._reader = StateReader([parameters.tf_prefix + name for name in JOINT_NAMES])
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
         self._rate: int | None = None
         self._planned_rate = USUAL_RATE
-        rate = parameters['monitor_rate']
+        rate = parameters.monitor_rate
         self._monitor_period = round(1e9 / rate) if rate else 0
         self._monitored = -1
         self._last_at = 0.0
@@ -123,7 +124,7 @@ class ControlCycle:
     def watch(self) -> None:
         """Say when states stop coming, and when they come again."""
         silent = time.monotonic() - self._last_at if self._last_at else 0.0
-        timeout = self.controller.parameters['state_timeout']
+        timeout = self.controller.parameters.state_timeout
         if silent > timeout and not self._missing:
             self._missing = True
             self.controller.lose_states()

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.nodes.control.cycle import ControlCycle
@@ -24,14 +25,14 @@ class ControlInputs:
         The bag.
     answering : Answering
         Holds the controller, which judges them.
-    parameters : mapping
+    parameters : ControlParameters
         Of the node.
 
     """
 
     def __init__(
         self, topics: Topics, recording: Recording, answering: ControlCycle,
-        parameters: dict[str, Any],
+        parameters: ControlParameters,
     ) -> None:
         self._recording = recording
         self._answering = answering

@@ -10,7 +10,8 @@ from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.cdr.diagnostics import ERROR
-from ur5_ros.config import CONTROL_PARAMETERS, arm_text
+from ur5_ros.config import arm_text
+from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.topics import CONTROL_NODE, CONTROL_TOPICS
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
@@ -54,15 +55,15 @@ class ControlNode:
     ) -> None:
         self.node = Node(CONTROL_NODE)
         check_sections(files, self.node.get_fully_qualified_name())
-        self.parameters = declare(self.node, CONTROL_PARAMETERS, elsewhere)
-        refuse_folder(self.parameters['bag'])
+        self.parameters = declare(self.node, ControlParameters, elsewhere)
+        refuse_folder(self.parameters.bag)
         self._logger = self.node.get_logger()
         # compiles and plans, before anything is heard
         controller = controller_from_parameters(self.parameters)
         self.recording = Recording(
-            self.parameters['bag'], 'control', self.parameters['max_bagfile_duration'],
-            self.parameters['max_bagfile_size'])
-        self._loop = loop(self.node, self.parameters['hot_loop'])
+            self.parameters.bag, 'control', self.parameters.max_bagfile_duration,
+            self.parameters.max_bagfile_size)
+        self._loop = loop(self.node, self.parameters.hot_loop)
         self.requests = LoopRequests(self._loop.wake)
         topics = self._topics = Topics(self.node, self._loop, self.recording, CONTROL_TOPICS)
         self._names = topics.names
@@ -141,10 +142,10 @@ class ControlNode:
 
     def _open_bag(self, name: str) -> None:
         self._run_name = name
-        arm = self.parameters['arm']
+        arm = self.parameters.arm
         self.recording.begin(name, describe(
             'control', name, self.answering.controller.arm.name, arm_text(arm),
-            self._started_with, self._names, fingerprint()))
+            self._started_with.by_name(), self._names, fingerprint()))
         if self._changes:
             self.recording.note('parameter_changes', {'changes': self._changes})
         if self.recording.folder:

@@ -13,6 +13,7 @@ from ur5_ros.cdr.fixed_messages import (
     FixedTrajectoryPoint,
     encode_stamp,
 )
+from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Topics
 from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
@@ -35,7 +36,7 @@ class ControlOutputs:
         Through which everything is sent and recorded.
     recording : Recording
         The bag.
-    parameters : mapping
+    parameters : ControlParameters
         Of the node.
     arm_name : str
         ``hardware_id`` of the diagnostics.
@@ -43,13 +44,13 @@ class ControlOutputs:
     """
 
     def __init__(
-        self, node: Node, topics: Topics, recording: Recording, parameters: dict[str, Any],
+        self, node: Node, topics: Topics, recording: Recording, parameters: ControlParameters,
         arm_name: str,
     ) -> None:
         self._name = node.get_fully_qualified_name()
         self._arm_name = arm_name
         self._recording = recording
-        prefix = parameters['tf_prefix']
+        prefix = parameters.tf_prefix
         names = [prefix + name for name in JOINT_NAMES]
         self._command = FixedJointState(names, fields=('effort',))
         self._reference = FixedTrajectoryPoint(names)

@@ -139,7 +139,7 @@ class TrajectoryAction:
     def _feedback(self) -> Any:
         controller = self._control.answering.controller
         state, answer = self._ask(lambda controller: controller.last)
-        prefix = controller.parameters['tf_prefix']
+        prefix = controller.parameters.tf_prefix
         feedback = self._type.Feedback(joint_names=[prefix + name for name in JOINT_NAMES])
         feedback.header.stamp.sec, feedback.header.stamp.nanosec = divmod(answer.stamp, 10**9)
         wanted = answer.reference

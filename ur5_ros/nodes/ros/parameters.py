@@ -15,14 +15,14 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from ur5_ros.config import read_yaml
-from ur5_ros.config.parameters import Parameter, check, complete
+from ur5_ros.config.node_parameters import Record
+from ur5_ros.config.parameters import Parameter, check
 from ur5_ros.errors import InputError
 
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 
 
-def declare(node: Node, parameters: Sequence[Parameter],
-            elsewhere: Collection[str] = ()) -> dict[str, Any]:
+def declare(node: Node, record: type[Record], elsewhere: Collection[str] = ()) -> Record:
     """
     Declare parameters with ranges and return a checked value for each.
 
@@ -30,15 +30,10 @@ def declare(node: Node, parameters: Sequence[Parameter],
     ----------
     node : rclpy.node.Node
         A node that has declared none of them yet.
-    parameters : sequence of Parameter
-        All that the node has.
+    record : type
+        The record of the node's parameters.
     elsewhere : collection of str
         Names given to all nodes of the process that another one declares.
-
-    Returns
-    -------
-    dict
-        Name to value, in the declared type.
 
     Raises
     ------
@@ -46,17 +41,18 @@ def declare(node: Node, parameters: Sequence[Parameter],
         If a given one is unknown or its value is refused.
 
     """
-    # rclpy has no public way to ask for the names of overrides that nobody declared
+    # rclpy has no public way to ask for the names of overrides that are not declared
     given = {name: _plain(override.value) for name, override in node._parameter_overrides.items()
              if name not in _OF_EVERY_NODE and not name.startswith('qos_overrides.')}
-    declared = {each.name for each in parameters}
+    declared = {each.name for each in record.declared}
     given = {name: value for name, value in given.items()
              if name in declared or name not in elsewhere}
-    values = complete(tuple(parameters), given)
+    parameters = record.of(given)
+    values = parameters.by_name()
     node.declare_parameters(
-        '', [(each.name, values[each.name], _descriptor(each)) for each in parameters],
+        '', [(each.name, values[each.name], _descriptor(each)) for each in record.declared],
         ignore_override=True)
-    return values
+    return parameters
 
 
 def serve(

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.bag.payload_hash import PayloadHash
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals
@@ -35,14 +36,14 @@ class SimInputs:
         Judges commands.
     steps : StepQueue
         Single steps asked for.
-    parameters : mapping
+    parameters : SimParameters
         Of the node.
 
     """
 
     def __init__(
         self, loop: Any, topics: Topics, recording: Recording, simulation: Simulation,
-        gate: CommandGate, steps: StepQueue, parameters: dict[str, Any],
+        gate: CommandGate, steps: StepQueue, parameters: SimParameters,
     ) -> None:
         self.refusals = Refusals(lambda line: None, self._tell_refusal)
         self.requests = LoopRequests(loop.wake)
@@ -56,7 +57,7 @@ class SimInputs:
         self._gate = gate
         self._steps = steps
         self._loop = loop
-        self._prefix = parameters['tf_prefix']
+        self._prefix = parameters.tf_prefix
         self._reader = EffortReader([self._prefix + name for name in JOINT_NAMES])
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''

@@ -1,9 +1,8 @@
 """The simulator's loop: receive, ask the gate, step."""
 
 import time
-from collections.abc import Mapping
-from typing import Any
 
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.nodes.sim.inputs import SimInputs
 from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.sim.command_gate import CommandGate, Decision
@@ -29,18 +28,18 @@ class SimLoop:
         What is heard.
     gate : CommandGate
         Decides which command acts, and when.
-    parameters : mapping
+    parameters : SimParameters
         ``lockstep``: whether time waits for commands; ``lockstep_timeout``: how long [s].
 
     """
 
     def __init__(self, simulation: Simulation, inputs: SimInputs, gate: CommandGate,
-                 parameters: Mapping[str, Any]) -> None:
+                 parameters: SimParameters) -> None:
         self._simulation = simulation
         self._inputs = inputs
         self._gate = gate
-        self._lockstep = parameters['lockstep']
-        self._patience = min(POLL_PERIOD, parameters['lockstep_timeout'] or POLL_PERIOD)
+        self._lockstep = parameters.lockstep
+        self._patience = min(POLL_PERIOD, parameters.lockstep_timeout or POLL_PERIOD)
         self._wait = 0.0
         self._reminded = 0.0
 

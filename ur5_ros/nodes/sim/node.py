@@ -9,7 +9,8 @@ from rclpy.node import Node
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.run_folders import new_run_name
-from ur5_ros.config import SIM_PARAMETERS, arm_text
+from ur5_ros.config import arm_text
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
@@ -54,28 +55,28 @@ class Simulator:
     ) -> None:
         self.node = Node(SIM_NODE)
         check_sections(files, self.node.get_fully_qualified_name())
-        parameters = self.parameters = declare(self.node, SIM_PARAMETERS, elsewhere)
+        parameters = self.parameters = declare(self.node, SimParameters, elsewhere)
         if self.node.get_parameter('use_sim_time').value:
             raise InputError('use_sim_time is true, but this node makes the time; leave it false')
         self.stop = stop
         self.logger = self.node.get_logger()
-        self.run_name = run_of(parameters['bag'], new_run_name)
+        self.run_name = run_of(parameters.bag, new_run_name)
         plant = plant_from_parameters(parameters)
-        self.recording = Recording(parameters['bag'], 'sim', parameters['max_bagfile_duration'],
-                                   parameters['max_bagfile_size'])
-        self._loop = loop(self.node, parameters['hot_loop'])
+        self.recording = Recording(parameters.bag, 'sim', parameters.max_bagfile_duration,
+                                   parameters.max_bagfile_size)
+        self._loop = loop(self.node, parameters.hot_loop)
         topics = self.topics = Topics(self.node, self._loop, self.recording, SIM_TOPICS)
         self.outputs = SimOutputs(self.node, topics, self.recording, parameters, plant.arm.name)
         self.simulation = Simulation(plant, self.outputs, self.logger, parameters)
-        self.gate = CommandGate([parameters['tf_prefix'] + name for name in JOINT_NAMES],
+        self.gate = CommandGate([parameters.tf_prefix + name for name in JOINT_NAMES],
                                 parameters, time.monotonic)
         self.steps = StepQueue(self.node, self._loop)
         self.inputs = SimInputs(self._loop, topics, self.recording, self.simulation, self.gate,
                                 self.steps, parameters)
         self.recording.begin(self.run_name, describe(
-            'sim', self.run_name, plant.arm.name, arm_text(parameters['arm']), parameters,
+            'sim', self.run_name, plant.arm.name, arm_text(parameters.arm), parameters.by_name(),
             topics.names, fingerprint()))
-        self.outputs.introduce(self.run_name, urdf_text(plant.arm, parameters['tf_prefix']))
+        self.outputs.introduce(self.run_name, urdf_text(plant.arm, parameters.tf_prefix))
         self._turns = SimLoop(self.simulation, self.inputs, self.gate, parameters)
         offer_services(self.node, self)
         self._every_second = EverySecond()
@@ -118,8 +119,9 @@ class Simulator:
 
     def change(self, changes: dict[str, Any]) -> None:
         """Change live parameters; they act from the next period."""
+        now = self.simulation.plant.parameters.by_name()
         for name, value in changes.items():
-            if value != self.simulation.plant.parameters[name]:
+            if value != now[name]:
                 self.simulation.plant.change(name, value)
         self.simulation.send_events(self.simulation.plant)
 

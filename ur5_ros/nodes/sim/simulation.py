@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.diagnostics import Throttle
 from ur5_ros.nodes.sim.topics import SimOutputs
@@ -31,13 +32,13 @@ class Simulation:
         Where states and events go.
     logger
         The node's logger.
-    parameters : mapping
+    parameters : SimParameters
         Of the node.
 
     """
 
     def __init__(
-        self, plant: Plant, outputs: SimOutputs, logger: Any, parameters: dict[str, Any],
+        self, plant: Plant, outputs: SimOutputs, logger: Any, parameters: SimParameters,
     ) -> None:
         self.plant = plant
         self.outputs = outputs
@@ -45,10 +46,10 @@ class Simulation:
         self.paused = False
         self.steps_wanted = 0
         """Periods to take while paused."""
-        rate = parameters['control_rate']
+        rate = parameters.control_rate
         self.period = 1.0 / rate
         """Control period [s]."""
-        self._last = round(parameters['stop_after'] * rate) or None
+        self._last = round(parameters.stop_after * rate) or None
         self._throttle = Throttle()
 
     @property

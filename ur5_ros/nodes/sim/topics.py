@@ -9,6 +9,7 @@ from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.diagnostics import status_array
 from ur5_ros.cdr.fixed_messages import FixedJointState, encode_stamp, encode_string
 from ur5_ros.cdr.layout import LITTLE_ENDIAN
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Send, Topics
 from ur5_ros.signals import JOINT_NAMES, ArmState
@@ -27,7 +28,7 @@ class SimOutputs:
         Through which everything is sent and recorded.
     recording : Recording
         The bag.
-    parameters : mapping
+    parameters : SimParameters
         Of the node.
     arm_name : str
         ``hardware_id`` of everything diagnostic.
@@ -35,18 +36,18 @@ class SimOutputs:
     """
 
     def __init__(
-        self, node: Node, topics: Topics, recording: Recording, parameters: dict[str, Any],
+        self, node: Node, topics: Topics, recording: Recording, parameters: SimParameters,
         arm_name: str,
     ) -> None:
         self._name = node.get_fully_qualified_name()
         self._arm_name = arm_name
         self._recording = recording
-        names = [parameters['tf_prefix'] + name for name in JOINT_NAMES]
+        names = [parameters.tf_prefix + name for name in JOINT_NAMES]
         self._states = FixedJointState(names)
         self._publish_state, self._state_id = topics.publisher('joint_states')
         self._publish_clock: Send | None = None
         self._clock_id = 0
-        if parameters['publish_clock']:
+        if parameters.publish_clock:
             self._publish_clock, self._clock_id = topics.publisher('clock')
         self._send_truth = topics.sender('ground_truth')
         self._send_event = topics.sender('events')

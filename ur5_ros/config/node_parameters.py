@@ -1,0 +1,122 @@
+"""Parameters of the two nodes as typed records; :mod:`ur5_ros.config.parameters` declares them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, TypeVar
+
+from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS, Parameter, complete
+
+Record = TypeVar('Record', bound='NodeParameters')
+
+
+@dataclass(frozen=True)
+class NodeParameters:
+    """What both nodes have; the field of ``payload.mass`` is ``payload_mass``."""
+
+    declared: ClassVar[tuple[Parameter, ...]] = ()
+
+    arm: str
+    bag: str
+    max_bagfile_duration: float
+    max_bagfile_size: int
+    tf_prefix: str
+    effort_convention: str
+    hot_loop: str
+
+    @classmethod
+    def of(cls: type[Record], given: 'Mapping[str, Any] | Record | None' = None) -> Record:
+        """
+        Return a value for every parameter: the given ones checked, the others by default.
+
+        Parameters
+        ----------
+        given : mapping, optional
+            Values by name; a record is returned as it is.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown or a value is refused.
+
+        """
+        if isinstance(given, cls):
+            return given
+        values = complete(cls.declared, given or {})  # type: ignore[arg-type]
+        return cls(**{field_of(name): value for name, value in values.items()})
+
+    def by_name(self) -> dict[str, Any]:
+        """Return the values by the names of the parameters, as bags and ROS have them."""
+        return {each.name: getattr(self, field_of(each.name)) for each in self.declared}
+
+    def changed_by_name(self) -> dict[str, Any]:
+        """Return the values that are not the defaults, by the names of the parameters."""
+        defaults = {each.name: each.default for each in self.declared}
+        return {name: value for name, value in self.by_name().items() if value != defaults[name]}
+
+    def replaced(self: Record, values: Mapping[str, Any]) -> Record:
+        """Return the record with other values, given by name and checked already."""
+        return replace(self, **{field_of(name): value for name, value in values.items()})
+
+
+@dataclass(frozen=True)
+class SimParameters(NodeParameters):
+    """Every parameter of the simulator."""
+
+    declared = SIM_PARAMETERS
+
+    gui: bool
+    lockstep: bool
+    lockstep_timeout: float
+    realtime_factor: float
+    control_rate: int
+    physics_rate: int
+    stop_after: float
+    command_timeout: float
+    fallback: str
+    overspeed_stop: bool
+    initial_positions: list[float]
+    initial_velocities: list[float]
+    publish_clock: bool
+    wrench_duration: float
+    payload_mass: float
+    payload_com: list[float]
+    friction_viscous: list[float]
+    friction_coulomb: list[float]
+    noise_position: float
+    noise_velocity: float
+    delay_command_periods: int
+    delay_state_periods: int
+    seed: int
+    gravity: list[float]
+
+
+@dataclass(frozen=True)
+class ControlParameters(NodeParameters):
+    """Every parameter of the controller."""
+
+    declared = CONTROL_PARAMETERS
+
+    mode: str
+    kp: list[float]
+    kd: list[float]
+    experiment: str
+    autostart: bool
+    max_velocity: list[float]
+    max_acceleration: list[float]
+    max_jerk: list[float]
+    max_joint_jump: float
+    singularity_margin: float
+    tool_speed: float
+    torque_rate_limit: float
+    allow_nonzero_velocity_at_trajectory_end: bool
+    constraints_goal_time: float
+    constraints_trajectory: float
+    constraints_goal: float
+    state_timeout: float
+    max_state_jump: float
+    monitor_rate: float
+
+
+def field_of(name: str) -> str:
+    """Return the field of a parameter."""
+    return name.replace('.', '_')
