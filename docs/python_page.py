@@ -14,7 +14,7 @@ VALUES = {
     'model.parameters': ('ArmParameters', 'Limits', 'Payload'),
     'model.inverse_kinematics': ('Solutions',),
     'control.output': ('ControlOutput',),
-    'loop.run_config': ('Plan',),
+    'loop.run_config': ('RunConfig',),
     'loop.loop_run': ('LoopRun',),
     'bag.reader': ('Bag',),
     'bag.arrays.columns': ('Columns',),
