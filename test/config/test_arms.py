@@ -86,22 +86,22 @@ def mutated(path: list, value) -> str:
 
 @pytest.mark.fault(38, 40, 41, 42, 44, 45)
 @pytest.mark.parametrize(('path', 'value', 'words'), [
-    (['links', 2, 'mass'], None, 'links.2.mass: is missing'),
+    (['links', 2, 'mass'], None, 'missing required field `mass` - at `$.links[2]`'),
     (['links', 2, 'mass'], -2.275, 'mass of link 3 is -2.275 kg; give more than zero'),
-    (['links', 2, 'mass'], float('nan'), 'links.2.mass'),
-    (['links', 2, 'mass'], '2,275', 'links.2.mass'),
+    (['links', 2, 'mass'], float('nan'), '$.links[2].mass'),
+    (['links', 2, 'mass'], '2,275', '$.links[2].mass'),
     (['links', 1, 'inertia'], [0.0078, 0.0021, 0.0021, 0.0, 0.0, 0.0], 'sum of the others'),
     (['links', 1, 'inertia'], [0.0078, -0.21, 0.21, 0.0, 0.0, 0.0], 'principal moment'),
     (['links', 1, 'inertia'], [0.0] * 6, 'point mass'),
     (['armature', 'value'], [-1.0] + [0.0] * 5, 'armature'),
     (['dh', 'a'], [0.0] * 6, 'a2, a3'),
     (['dh', 'alpha'], [0.0] * 6, 'UR twists'),
-    (['dh', 'b'], [0.0] * 6, 'dh.b'),
+    (['dh', 'b'], [0.0] * 6, 'unknown field `b` - at `$.dh`'),
     (['limits', 'effort'], [150.0] * 5 + [0.0], 'effort limit of joint 6'),
     (['limits', 'position'], [[1.0, -1.0] for _ in range(6)], 'lower must be less'),
     (['gravity', 'value'], [0.0, 0.0], 'gravity.value'),
-    (['links'], [], 'links: give 6 values'),
-    (['limits', 'velocity'], None, 'limits.velocity: is missing'),
+    (['links'], [], '`array` of length >= 6 - at `$.links`'),
+    (['limits', 'velocity'], None, 'missing required field `velocity` - at `$.limits`'),
 ])
 def test_a_file_that_is_no_arm_is_refused_in_one_line(path, value, words):
     with pytest.raises(InputError, match=re.escape(words)) as refusal:
@@ -113,7 +113,7 @@ def test_a_file_that_is_no_arm_is_refused_in_one_line(path, value, words):
 
 @pytest.mark.fault(31, 38, 39)
 @pytest.mark.parametrize(('text', 'words'), [
-    ('', 'the document: give keys with values'),
+    ('', 'Expected `object`, got `null`'),
     ('a: 1\na: 2\n', "key 'a' stands twice"),
     ('a: &x [1]\nb: *x\n', 'alias *x'),
     ('a: !!python/object/apply:os.system [ls]\n', 'not valid YAML'),
