@@ -45,6 +45,7 @@ $(VENV)/runtime.stamp: requirements/runtime.txt setup.py $(VENV)/created.stamp
 	@$(INSTALL) $$(grep -E '^(pip|setuptools)==' $<)
 	@$(INSTALL) -r $<
 	@$(INSTALL) --quiet -e .
+	@$(BIN)/ur5 warm-up
 	@touch $@
 
 $(VENV)/all.stamp: requirements/all.txt $(VENV)/runtime.stamp

@@ -27,6 +27,7 @@ def ur5(tmp_path):
         assert 'Traceback' not in done.stderr + done.stdout
         return Ended(done.returncode, done.stdout, done.stderr)
 
+    run.environment = environment
     return run
 
 

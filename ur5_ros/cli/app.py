@@ -100,6 +100,13 @@ def validate(
     return judge.validate(run, folder, arm, control_arm, kp, kd, marks, json, html, junit)
 
 
+@app.command(name='warm-up')
+def warm_up() -> int:
+    """Compile for this processor what nodes, demo and validation need."""
+    from ur5_ros.cli import warm_up as work
+    return work.warm_up()
+
+
 @app.command()
 def compare(
     run_a: Annotated[Path, typer.Argument(metavar='RUN_A', show_default=False)],

@@ -3,12 +3,14 @@
 import os
 import sys
 import traceback
+from collections.abc import Callable
 
 import typer
 
 from ur5_ros.cli.app import app
 from ur5_ros.cli.exit_codes import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, YES
 from ur5_ros.errors import InputError
+from ur5_ros.model.kernels.compile_notice import on_compile
 
 
 def run(arguments: list[str]) -> int:
@@ -27,6 +29,7 @@ def run(arguments: list[str]) -> int:
         defect of this package shows its traceback and is code 4.
 
     """
+    on_compile(_say_that_it_compiles())
     try:
         code = app(args=arguments or ['--help'], prog_name='ur5', standalone_mode=False)
         sys.stdout.flush()
@@ -62,6 +65,19 @@ def _command(arguments: list[str]) -> str:
     names = {each.name or getattr(each.callback, '__name__', '')
              for each in app.registered_commands}
     return f'ur5 {arguments[0]}' if arguments[0] in names else 'ur5'
+
+
+def _say_that_it_compiles() -> Callable[[str], None]:
+    """Return what prints one line at the first kernel that is compiled."""
+    compiled: list[str] = []
+
+    def notice(name: str) -> None:
+        if not compiled:
+            print('ur5: compiling for this processor, once, for up to half a minute; ur5 warm-up '
+                  'does it ahead', file=sys.stderr)
+        compiled.append(name)
+
+    return notice
 
 
 def _complain(text: str, code: int) -> int:

@@ -42,7 +42,7 @@ ANGLES, INERTIA, VELOCITY, END = 0, 1, 7, 13
 WORK = (END, 6)
 
 
-@kernel(R1, R1, R1, R1, R1, R1, R1, float64, R1, W2, W2)
+@kernel(R1, R1, R1, R1, R1, R1, R1, float64, R1, W2, W2, hot=True)
 def law(q, qd, q_before, q_ref, qd_ref, qdd_ref, torque_before, largest_change, k, work, torque):
     """Write the rows of ``torque``, (5, 6), and return the bits of what is out of bounds."""
     code, mode, gravity_excluded = 0, k[MODE], k[GRAVITY_EXCLUDED] != 0.0

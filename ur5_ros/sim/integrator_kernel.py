@@ -140,13 +140,13 @@ def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
     return 1
 
 
-@kernel(R2, R1, R1, R1, R1, R1, W1, W1, W1)
+@kernel(R2, R1, R1, R1, R1, R1, W1, W1, W1, hot=True)
 def friction(A, drive, qd, level, lower, upper, work, delta, f):
     """Write delta and f of ``solve_friction``; return 1 if they were not found."""
     return solve_active_set(A, drive, qd, level, lower, upper, work, delta, f)
 
 
-@kernel(R1, R1, W1, W1, B1)
+@kernel(R1, R1, W1, W1, B1, hot=True)
 def engine_torque(state, constants, work, torque, held):
     """Write the torque of ``PlantIntegrator.engine_torque`` and the joints held; return a code."""
     m, bias, q, qd, tau = state[:36], state[36:42], state[42:48], state[48:54], state[54:60]

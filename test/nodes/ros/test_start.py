@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 
@@ -60,3 +61,12 @@ print('numba' in sys.modules)
 """
     assert subprocess.run([sys.executable, '-c', code], check=True, capture_output=True,
                           text=True).stdout.split() == ['False']
+
+
+def test_a_node_that_compiles_reports_it_and_a_signal_ends_it(ros, tmp_path):
+    node = ros.start('control', environment={'NUMBA_CACHE_DIR': str(tmp_path)})
+    node.says('compiling for this processor')
+    assert node.stop(signal.SIGTERM) == 0, node.text
+    assert 'waiting for states' not in node.text
+    node = ros.start('control', environment={'NUMBA_CACHE_DIR': str(tmp_path)})
+    node.says('kernels compiled in', 300)

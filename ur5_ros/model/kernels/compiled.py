@@ -17,6 +17,8 @@ try:
 except ImportError:  # not public: it may go
     rtsys = None
 
+from ur5_ros.model.kernels.compile_notice import announce
+
 #: Argument types of kernels: inputs may be read-only (R) and outputs are written (W).
 R1 = types.Array(types.float64, 1, 'C', readonly=True)
 R2 = types.Array(types.float64, 2, 'C', readonly=True)
@@ -47,15 +49,18 @@ class Kernel:
     """
     A function over flat arrays of states, compiled at its first use.
 
-    ``single`` is the compiled function that keeps the interpreter lock (it takes less time than
-    handing the lock over) and raises ``TypeError`` for arguments of other types, as well as
-    before it is compiled: callers then go through :meth:`run`, which compiles.
+    ``single`` is the compiled function; it raises ``TypeError`` for arguments of other types, as
+    well as before it is compiled: callers then go through :meth:`run`, which compiles.  That of a
+    hot kernel keeps the interpreter lock, as handing it over takes longer than the work; the
+    others are compiled once for one state and for many.
 
     """
 
-    def __init__(self, function: Callable[..., int], argument_types: Sequence[types.Type]):
+    def __init__(self, function: Callable[..., int], argument_types: Sequence[types.Type],
+                 hot: bool):
         self._function = function
         self._signature = int64(*argument_types)
+        self._hot = hot
         self._many: Callable[..., int] | None = None
         self._ready = False
         self.single: Callable[..., int] = _not_compiled
@@ -64,7 +69,7 @@ class Kernel:
         """Compile, or load from the cache, what a single call needs."""
         with _COMPILING:
             if not self._ready:
-                self.single = _compile(self._function, self._signature, nogil=False)
+                self.single = _compile(self._function, self._signature, nogil=not self._hot)
                 self._ready = True
 
     def run(self, count: int, inputs: Sequence[np.ndarray], shared: Sequence[Any],
@@ -90,7 +95,7 @@ class Kernel:
         if count < LARGE:
             self.prepare()
             return self.single(*inputs, *shared, *outputs)
-        many, workers = self._prepare_many(), _processors()
+        many, workers = self.prepare_many(), _processors()
         edges = [count * i // workers for i in range(workers + 1)]
         codes = [0] * workers
 
@@ -107,16 +112,22 @@ class Kernel:
             thread.join()
         return max(codes)
 
-    def _prepare_many(self) -> Callable[..., int]:
+    def prepare_many(self) -> Callable[..., int]:
+        """Compile, or load from the cache, and return what a call for many states needs."""
         with _COMPILING:
+            if self._many is None and not self._hot:
+                self.prepare()
+                self._many = self.single
             if self._many is None:
                 self._many = _compile(self._function, self._signature, nogil=True)
             return self._many
 
 
-def kernel(*argument_types: types.Type) -> Callable[[Callable[..., int]], Kernel]:
+def kernel(
+    *argument_types: types.Type, hot: bool = False,
+) -> Callable[[Callable[..., int]], Kernel]:
     """Declare a function as a :class:`Kernel` with these argument types, returning an int."""
-    return lambda function: Kernel(function, argument_types)
+    return lambda function: Kernel(function, argument_types, hot)
 
 
 class _SourceCache(FunctionCache):
@@ -136,7 +147,10 @@ class _SourceCache(FunctionCache):
         if rtsys is None:
             return super().load_overload(signature, context)
         rtsys.initialize(context)  # all of the declarations that compiled code refers to
-        return self._load_overload(signature, context)  # otherwise Numba compiles, and declares
+        found = self._load_overload(signature, context)
+        if found is None:  # Numba declares and compiles
+            announce(self._py_func.__name__)
+        return found
 
     def _index_key(self, signature, codegen):
         return (super()._index_key(signature, codegen), self._options, _sources())

@@ -109,7 +109,7 @@ def terms_of_state(q, qd, k, m, c, g, at):
     return total(qd, at) + total(g, at) + d[0] + d[4] + d[8] + dot(p, p)
 
 
-@kernel(R1, R1, R1, W2, W2, W1)
+@kernel(R1, R1, R1, W2, W2, W1, hot=True)
 def terms(q, qd, k, m, c, g):
     """M, C and g of every state."""
     if q.size != g.size or qd.size != g.size:
@@ -161,7 +161,7 @@ def inertia(q, k, m):
     return 0
 
 
-@kernel(R1, R1, W1)
+@kernel(R1, R1, W1, hot=True)
 def gravity(q, k, g):
     """Holding torque of every state."""
     if q.size != g.size:
@@ -201,7 +201,7 @@ def torque_of_state(q, qd, qdd, k, tau, at):
     return total(tau, at)
 
 
-@kernel(R1, R1, R1, R1, W1)
+@kernel(R1, R1, R1, R1, W1, hot=True)
 def inverse(q, qd, qdd, k, tau):
     """Joint torque of every state of motion."""
     if q.size != tau.size or qd.size != tau.size or qdd.size != tau.size:

@@ -57,7 +57,7 @@ def acceleration_of_state(q, qd, tau, k, qdd, at):
     return total(qdd, at)
 
 
-@kernel(R1, R1, R1, R1, W1)
+@kernel(R1, R1, R1, R1, W1, hot=True)
 def forward(q, qd, tau, k, qdd):
     """Joint acceleration of every state under torque."""
     if q.size != qdd.size or qd.size != qdd.size or tau.size != qdd.size:

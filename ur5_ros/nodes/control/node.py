@@ -23,7 +23,7 @@ from ur5_ros.nodes.ros.background_executor import LoopRequests, poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Refusals, Throttle
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.ros.parameters import check_sections, declare
-from ur5_ros.nodes.ros.process import DONE, LOSS, fault
+from ur5_ros.nodes.ros.process import DONE, LOSS, compiling, fault
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.ros.topics import Topics, incompatible_publishers, make_loop
@@ -58,8 +58,8 @@ class ControlNode:
         self.parameters = declare(self.node, ControlParameters, elsewhere)
         refuse_folder(self.parameters.bag)
         self._logger = self.node.get_logger()
-        # compiles and plans, before anything is heard
-        controller = controller_from_parameters(self.parameters)
+        with compiling(self._logger, stop):  # and planning, before anything is heard
+            controller = controller_from_parameters(self.parameters)
         self.recording = Recording(
             self.parameters.bag, 'control', self.parameters.max_bagfile_duration,
             self.parameters.max_bagfile_size)

@@ -3,8 +3,10 @@
 import gc
 import os
 import sys
+import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import rclpy
@@ -14,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from ur5_ros.errors import InputError
+from ur5_ros.model.kernels.compile_notice import on_compile
 from ur5_ros.nodes.ros.environment import REFUSED, tell_refusal
 from ur5_ros.nodes.ros.parameters import read_files
 from ur5_ros.nodes.ros.shutdown import StopRequest
@@ -89,6 +92,26 @@ def fault(logger: Any, error: Exception) -> str:
     return reason
 
 
+@contextmanager
+def compiling(logger: Any, stop: StopRequest) -> Iterator[None]:
+    """Log that kernels are compiled, and how long it took; a signal ends it between two."""
+    compiled: list[str] = []
+    began = time.monotonic()
+
+    def notice(name: str) -> None:
+        if stop.reason:
+            raise KeyboardInterrupt
+        if not compiled:
+            logger.info('compiling for this processor, once, for up to half a minute; '
+                        'ur5 warm-up does it ahead')
+        compiled.append(name)
+
+    on_compile(notice)
+    yield
+    if compiled:
+        logger.info(f'{len(compiled)} kernels compiled in {time.monotonic() - began:.1f} s')
+
+
 def freeze_garbage() -> None:
     """Keep collector and bag writer from holding up the loop, which makes no cycles."""
     gc.freeze()
@@ -108,7 +131,7 @@ def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest
                              '--ros-args -p name:=value or --ros-args --params-file file.yaml')
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         node = create(files, stop)
-    except ExternalShutdownException:
+    except (ExternalShutdownException, KeyboardInterrupt):
         return DONE
     except Exception as error:
         if type(error).__module__.startswith('rclpy'):

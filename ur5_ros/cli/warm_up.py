@@ -1,0 +1,55 @@
+"""The command ``ur5 warm-up``: compile the kernels for this processor, on all of its cores."""
+
+import multiprocessing
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib import import_module
+
+from ur5_ros.cli import terminal
+from ur5_ros.cli.exit_codes import YES
+from ur5_ros.model.kernels.compile_notice import on_compile
+
+_MODEL = 'ur5_ros.model.kernels'
+#: Module, kernel and whether its form for many states is needed; what takes longest is first.
+KERNELS = (
+    ('ur5_ros.control.kernel', 'law', False),
+    (f'{_MODEL}.dynamics', 'inverse', True),
+    (f'{_MODEL}.inverse_kinematics', 'solve', True),
+    (f'{_MODEL}.kinematics', 'pose', True),
+    (f'{_MODEL}.dynamics', 'inertia', True),
+    (f'{_MODEL}.kinematics', 'jacobian_rate', True),
+    (f'{_MODEL}.kinematics', 'jacobian', True),
+    (f'{_MODEL}.dynamics', 'gravity', False),
+    (f'{_MODEL}.kinematics', 'links', True),
+)
+
+
+def warm_up() -> int:
+    """Compile what is not in the cache yet; see ``ur5 warm-up --help``."""
+    out, began = terminal.console(), time.monotonic()
+    spawn = multiprocessing.get_context('spawn')
+    workers = min(len(os.sched_getaffinity(0)), len(KERNELS))
+    compiled = 0
+    with terminal.progress('compiling for this processor', len(KERNELS), 'kernels') as advance, \
+            ProcessPoolExecutor(workers, spawn) as pool:
+        tasks = [pool.submit(compile_kernel, *each) for each in KERNELS]
+        for done, task in enumerate(as_completed(tasks), 1):
+            compiled += task.result()
+            advance(done)
+    seconds = time.monotonic() - began
+    out.print(f'{compiled} of {len(KERNELS)} kernels compiled in {seconds:.1f} s; the others were '
+              'kept from before', soft_wrap=True)
+    return YES
+
+
+def compile_kernel(module: str, name: str, many: bool) -> bool:
+    """Compile a kernel, or find it in the cache; return whether it was compiled."""
+    compiled: list[str] = []
+    on_compile(compiled.append)
+    kernel = getattr(import_module(module), name)
+    if many:
+        kernel.prepare_many()
+    else:
+        kernel.prepare()
+    return bool(compiled)
