@@ -17,14 +17,16 @@ TRIPS = 5000
 REPEATS = 5
 
 
-def lockstep(seconds: float, control_rate: int = 1000, pinned: bool = True) -> float:
+def lockstep(seconds: float, control_rate: int = 1000, pinned: bool = True,
+             composed: bool = False) -> float:
     """Return periods a wall-clock second of a run of the paper's experiment, recording on."""
     if pinned:
         os.environ['UR5_ROS_CORE'] = str(last_core())
     else:
         os.environ['UR5_ROS_CORE'] = ''
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
-        run_two_nodes(run_config(duration=seconds, control_rate=control_rate), Path(folder))
+        run_two_nodes(run_config(duration=seconds, control_rate=control_rate), Path(folder),
+                      composed=composed)
         times = np.sort(open_bag(Path(folder) / 'sim').columns('/joint_states').log_time)
     times = times[len(times) // 10:]  # discovery and the resent copies of state 1
     return float((len(times) - 1) / ((times[-1] - times[0]) * 1e-9))
@@ -38,6 +40,7 @@ def main() -> None:
     figures = interleave({
         'loop': lambda: lockstep(seconds),
         'loop on two cores': lambda: lockstep(seconds, pinned=False),
+        'one process': lambda: lockstep(seconds, pinned=False, composed=True),
         'executor': lambda: measure('executor', trips)['per_second'],
         'wait set': lambda: measure('wait_set', trips)['per_second'],
         'wait set on one core': lambda: measure('wait_set', trips, core)['per_second'],
@@ -47,6 +50,7 @@ def main() -> None:
     loop = 'lockstep periods a second, recording on'
     detail = 'both nodes on one core; ping-pong over the same transport, reliable, keep last 1'
     median = {name: float(np.median(values)) for name, values in figures.items()}
+    faster = 'loop' if median['loop'] >= median['loop on two cores'] else 'loop on two cores'
     publish('lockstep', "The loop of two nodes (1 kHz, the paper's experiment)", [
         Row(loop, 'ping-pong, SingleThreadedExecutor, two cores (its best)',
             ratio(figures, 'loop', 'executor'), 1.2, True, detail),
@@ -61,6 +65,12 @@ def main() -> None:
             ratio(figures, 'loop on two cores', 'wait set'), 0.75, True, 'not pinned'),
         Row(loop + ', two cores', 'ping-pong, SingleThreadedExecutor, two cores',
             ratio(figures, 'loop on two cores', 'executor'), 1.2, True, 'not pinned'),
+        Row('both nodes in one process: periods a second, recording on',
+            'two processes, pinned or not, whichever is faster',
+            ratio(figures, 'one process', faster), 1.4, True, '`ur5 demo --composed`'),
+        Row('simulated time per wall time at 1 kHz, `ur5 demo --composed`', 'real time',
+            median['one process'] / 1000.0, 8.0, True,
+            f'where the ping-pong takes {1e6 / median["wait set"]:.0f} us on two cores'),
         Row('simulated time per wall time at 1 kHz, as `ur5 demo` runs', 'real time',
             median['loop' if shared else 'loop on two cores'] / 1000.0, 3.0, True,
             ('one core, as the machine is quiet' if shared else 'two cores, as others compute too')

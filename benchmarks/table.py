@@ -26,10 +26,10 @@ TAIL = """## What stands in the way
 
 - A lockstep period is two messages.  The ping-pong with a kept wait set is what the middleware
   takes for them, with no work done; physics, law, seven messages made and recorded come on top.
-- What the nodes do costs two to three times as much in the loop as by itself: between two turns
-  the other node, the middleware and the kernel have used the same caches.  So every microsecond
-  of Python that is left out counts threefold.  An ordinary period is therefore one compiled call
-  for the law with its checks, and goes from bytes to bytes in the simulator.
+- What the nodes do costs two to three times as much in the loop of two processes as by itself:
+  between two turns the other node, the middleware and the kernel have used the same caches.
+- In one process (`ur5 demo --composed`) nobody is woken: a message is there when the other node
+  takes it, and the caches stay warm.
 - Each message wakes a thread of the middleware before it wakes the node: there is no way around
   it for types without a bound on their size.
 - Sharing one core saves the waking of another on a quiet machine, and batch scheduling saves the
