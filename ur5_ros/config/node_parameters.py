@@ -22,6 +22,7 @@ class NodeParameters:
     tf_prefix: str
     effort_convention: str
     hot_loop: str
+    realtime_priority: int
 
     @classmethod
     def of(cls: type[Record], given: 'Mapping[str, Any] | Record | None' = None) -> Record:

@@ -38,6 +38,8 @@ _SHARED = (
     Parameter('hot_loop', 'wait_set', 'How messages are taken: one kept wait set on raw bytes, '
               'or the stock executor on message objects; both give the same bits.',
               choices=('wait_set', 'executor')),
+    Parameter('realtime_priority', 0, 'Priority of the loop under SCHED_FIFO, with its memory '
+              'locked, for paced runs; 0 = ordinary scheduling.', 0, 99),
 )
 
 SIM_PARAMETERS = (

@@ -24,6 +24,7 @@ from ur5_ros.nodes.ros.diagnostics import EverySecond, Refusals, Throttle
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.ros.parameters import check_sections, declare
 from ur5_ros.nodes.ros.process import DONE, LOSS, compiling, fault
+from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.ros.topics import Topics, incompatible_publishers, make_loop
@@ -90,6 +91,7 @@ class ControlNode:
 
     def begin(self) -> None:
         """Say what is waited for."""
+        use_realtime(self.parameters.realtime_priority, self._logger)
         self._tell_waiting()
 
     def turn(self) -> bool:

@@ -17,6 +17,7 @@ from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
 from ur5_ros.nodes.ros.parameters import check_sections, declare
 from ur5_ros.nodes.ros.process import DONE, LOSS
+from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.ros.topics import Topics, make_loop
@@ -90,6 +91,7 @@ class Simulator:
 
     def begin(self) -> None:
         """Send state 1."""
+        use_realtime(self.parameters.realtime_priority, self.logger)
         where = self.recording.folder or 'nowhere'
         self.logger.info(f'run {self.run_name}, recorded in {where}')
         self._turns.begin()

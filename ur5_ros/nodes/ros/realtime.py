@@ -1,0 +1,40 @@
+"""Real-time scheduling of the loop: SCHED_FIFO and memory that is not paged out (sched(7))."""
+
+import ctypes
+import os
+from typing import Any
+
+#: From sys/mman.h: lock what is mapped now, and what will be.
+_MCL_CURRENT, _MCL_FUTURE = 1, 2
+
+
+def use_realtime(priority: int, logger: Any) -> None:
+    """
+    Schedule the calling thread by SCHED_FIFO and lock the memory of its process.
+
+    Threads that are started later are scheduled as before.  Without the rights the node runs on
+    with ordinary scheduling, and one line of the log names them.
+
+    Parameters
+    ----------
+    priority : int
+        1 to 99, the highest; 0 changes nothing.
+    logger
+        The node's logger.
+
+    """
+    if not priority:
+        return
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK,
+                              os.sched_param(priority))
+    except OSError as error:
+        logger.warning(
+            f'realtime_priority {priority}: {error.strerror}; the loop runs without it. To get '
+            'it: the lines "@realtime - rtprio 99" and "@realtime - memlock unlimited" in '
+            '/etc/security/limits.conf, your user in the group realtime, a new login')
+        return
+    if ctypes.CDLL(None, use_errno=True).mlockall(_MCL_CURRENT | _MCL_FUTURE):
+        logger.warning(f'realtime_priority {priority}: memory cannot be locked '
+                       f'({os.strerror(ctypes.get_errno())}); raise the limit memlock')
+    logger.info(f'the loop runs with real-time priority {priority}')
