@@ -1,5 +1,6 @@
 """Write pages of docs/reference from the code; test/docs compares them."""
 
+import math
 from pathlib import Path
 
 from python_page import page as python
@@ -36,7 +37,7 @@ def _row(parameter: Parameter) -> str:
         shown = repr(default) if isinstance(default, str) else str(default).lower()
     if parameter.choices:
         span = ', '.join(parameter.choices)
-    elif parameter.lower is not None:
+    elif math.isfinite(parameter.lower):
         span = f'{parameter.lower:g} to {parameter.upper:g}'
         if parameter.sizes:
             span += '; ' + ' or '.join(str(size) for size in parameter.sizes) + ' numbers'

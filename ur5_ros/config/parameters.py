@@ -15,8 +15,9 @@ class Parameter(NamedTuple):
     name: str
     default: Any
     description: str
-    lower: float | None = None
-    upper: float | None = None
+    lower: float = -math.inf
+    upper: float = math.inf
+    """Bounds of every number; a text has none."""
     choices: tuple[str, ...] = ()
     sizes: tuple[int, ...] = ()
     """Allowed lengths, for lists."""

@@ -44,7 +44,7 @@ class Repetition(NamedTuple):
     @property
     def sentence(self) -> str:
         """The finding in words."""
-        if self.equal:
+        if self.first_stamp is None:
             return f'{self.compared} {self.what} equal to the last bit ({self.fed})'
         close = 'within' if self.largest <= TOLERANCE else 'beyond'
         machine = {True: 'the recording is of a machine like this one',
@@ -79,11 +79,11 @@ def resimulate(run: Run) -> Repetition:
         raise InputError(f'{run.name}: a gap after {run.stamp[np.argmax(whole)] * 1e-9:.9g} s; '
                          'only '
                          'a recording without gaps can be repeated')
-    lockstep = side.parameters['lockstep'] and run.command is not None
-    by_command = bool(lockstep and np.isfinite(run.command[:-1]).all())
     given = dict(side.parameters) | {'gui': False}
     commands, fed = run.command, 'fed with the commands'
-    if not by_command:
+    by_command = bool(side.parameters['lockstep'] and commands is not None
+                      and np.isfinite(commands[:-1]).all())
+    if commands is None or not by_command:
         given |= {'effort_convention': 'total', 'delay.command_periods': 0}
         commands = np.vstack([run.exact.effort[1:], np.zeros((1, 6))])
         fed = 'fed with the torques that acted'

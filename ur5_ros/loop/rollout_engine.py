@@ -1,4 +1,4 @@
-"""The plant of a usual run: what Plant does, to the bit, as long as nothing touches a limit."""
+"""The plant of an ordinary run, without arrays a period: the bits of Plant, short of a limit."""
 
 import struct
 import threading
@@ -34,14 +34,14 @@ _ROW = 12 * 8  # bytes of q, qd
 
 
 class Rollout(NamedTuple):
-    """What happened in a run of n periods."""
+    """A run of n periods."""
 
     states: np.ndarray
     """q, qd at the beginning and after every physics step, 12 columns."""
     late: np.ndarray
-    """The period whose state each period told, counted from 0, shape (n,)."""
-    seen: np.ndarray
-    """q, qd as the encoders told them, shape (n, 12)."""
+    """The period whose state was measured in each period, counted from 0, shape (n,)."""
+    measured: np.ndarray
+    """q, qd as the encoders measured them, shape (n, 12)."""
     effort: np.ndarray
     """What acted from each period to the next [N m], shape (n - 1, 6)."""
     torque: np.ndarray
@@ -72,7 +72,7 @@ class RolloutEngine:
 
     def run(self, settings: Settings, table: Reference) -> Rollout | None:
         """
-        Return what plant and law do to each other; None where the long way has to tell.
+        Return the run, or None where plant or law have more to do than a period's equations.
 
         Parameters
         ----------
@@ -85,21 +85,21 @@ class RolloutEngine:
         periods, delay, law = self._periods, self._delay, settings.law()
         states = np.empty(((periods - 1) * self._substeps + 1, 12))
         states[0] = [*self._sim.initial_positions, *self._sim.initial_velocities]
-        told = _MeasuredStates(self._sim, states[::self._substeps])
-        if np.abs(told.first[:6] - table.q[0]).max() > START_DISTANCE:
+        measured = _MeasuredStates(self._sim, states[::self._substeps])
+        if np.abs(measured.first[:6] - table.q[0]).max() > START_DISTANCE:
             return None
         torque, effort = np.empty((periods, 5, 6)), np.empty((periods - 1, 6))
         try:
-            if not self._go_round(law, table, states, told, torque, effort):
+            if not self._simulate(law, table, states, measured, torque, effort):
                 return None
         except ArithmeticError:
             return None
         effort[delay:] = torque[:periods - 1 - delay, TOTAL]
-        return Rollout(states, told.late, told.seen(), effort, torque, self._events())
+        return Rollout(states, measured.late, measured.measured(), effort, torque, self._events())
 
-    def _go_round(self, law: TorqueLaw, table: Reference, states: np.ndarray,
-                  told: '_MeasuredStates', torque: np.ndarray, effort: np.ndarray) -> bool:
-        """Fill the arrays, the effort as far as no command acts; tell whether all was usual."""
+    def _simulate(self, law: TorqueLaw, table: Reference, states: np.ndarray,
+                  measured: '_MeasuredStates', torque: np.ndarray, effort: np.ndarray) -> bool:
+        """Fill the arrays, the effort while no command acts; return whether no check had a say."""
         bullet, integrator = self._world(), self._integrator
         delay, last = self._delay, self._periods - 1
         advance, answer, substeps = bullet.stepper(), kernel.law.single, range(self._substeps)
@@ -107,7 +107,7 @@ class RolloutEngine:
         at, before = 0, None
         values, page = tuple(states[0].tolist()), states.data.cast('B')
         for k, (row, true, noise, wanted, out) in enumerate(
-                zip(*told.rows(), zip(*table, strict=True), torque, strict=True)):
+                zip(*measured.rows(), zip(*table, strict=True), torque, strict=True)):
             if noise is not None:
                 np.add(true, noise, out=row)
             q = row[:6]
@@ -167,28 +167,30 @@ class RolloutEngine:
 
 
 class _MeasuredStates:
-    """What the encoders tell: states of some periods before, with noise, or exactly."""
+    """The states as the encoders measure them: some periods late, with noise, or exact."""
 
     def __init__(self, sim: SimParameters, states: np.ndarray) -> None:
         self._states, delay = states, sim.delay_state_periods
         periods = np.arange(len(states))
         self.late = np.maximum(periods - delay, 0) if delay else periods
         spread = np.repeat([sim.noise_position, sim.noise_velocity], 6)
-        self._noise = self._seen = None
+        self._noise: np.ndarray | None = None
+        self._measured = np.empty((0, 12))
+        self.first = states[0]
         if spread.any():
             draw, seed = Noise().of_period, sim.seed
             self._noise = spread * np.array([draw(seed, k + 1) for k in self.late.tolist()])
-            self._seen = np.empty_like(self._noise)
-        self.first = states[0] if self._noise is None else states[0] + self._noise[0]
+            self._measured = np.empty_like(self._noise)
+            self.first = states[0] + self._noise[0]
 
     def rows(self) -> tuple[Iterable, Iterable, Iterable]:
-        """Return row to tell, state and noise of each period; the row is the state without."""
+        """Return measured row, state and noise of each period; the row is the state without."""
         true = list(self._states)
         true = [true[k] for k in self.late.tolist()]
         if self._noise is None:
             return true, true, [None] * len(true)
-        return self._seen, true, self._noise
+        return self._measured, true, self._noise
 
-    def seen(self) -> np.ndarray:
-        """Return what was told, shape (n, 12)."""
-        return self._states[self.late] if self._seen is None else self._seen
+    def measured(self) -> np.ndarray:
+        """Return the measured q, qd, shape (n, 12)."""
+        return self._states[self.late] if self._noise is None else self._measured

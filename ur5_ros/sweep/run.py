@@ -175,6 +175,7 @@ def _judged(spec: SweepSpec, run: Run) -> dict[str, Any]:
 
 def metrics_of(run: Run) -> dict[str, float]:
     """Return the numbers of :data:`METRICS`, over all joints [rad, N m, rad/s]."""
+    assert run.reference is not None, 'every run of a sweep follows a reference'
     error = run.exact.q - run.reference.q
     error = error[np.isfinite(error).all(axis=1)]
     size = np.abs(error)

@@ -134,9 +134,9 @@ def is_random(axis: list | Axis) -> bool:
 def _values(axis: list | Axis) -> list:
     if isinstance(axis, list):
         return axis
-    if axis.scale == 'log':
-        return np.geomspace(axis.first, axis.last, axis.count).tolist()
-    return np.linspace(axis.first, axis.last, axis.count).tolist()
+    first, last, count = axis.first or 0.0, axis.last or 0.0, axis.count or 0  # all are given
+    spread = np.geomspace if axis.scale == 'log' else np.linspace
+    return spread(first, last, count).tolist()
 
 
 def _draw(axis: Axis, random: np.random.Generator) -> float | list[float]:

@@ -30,21 +30,21 @@ def started(module: str, **environment: str) -> dict:
 
 
 @pytest.mark.parametrize(('module', 'needless'), [
-    ('simulator', FOR_PEOPLE | {'numba', 'scipy'}),
-    ('steering', FOR_PEOPLE | {'pybullet', 'scipy.linalg'}),
+    ('sim.node', FOR_PEOPLE | {'numba', 'scipy'}),
+    ('control.node', FOR_PEOPLE | {'pybullet', 'scipy.linalg'}),
 ])
 def test_a_node_loads_nothing_that_it_does_not_need(module, needless):
     assert not needless & set(started(module)['modules'])
 
 
 def test_signals_wait_and_nothing_is_collected_while_a_node_starts():
-    about = started('simulator')
+    about = started('sim.node')
     assert {'SIGINT', 'SIGTERM', 'SIGHUP'} <= set(about['held'])
     assert not about['collects']
 
 
 def test_a_users_own_number_of_threads_counts():
-    assert started('simulator', OPENBLAS_NUM_THREADS='3')['threads'] == '3'
+    assert started('sim.node', OPENBLAS_NUM_THREADS='3')['threads'] == '3'
 
 
 def test_a_plain_arm_is_simulated_without_the_compiler():

@@ -102,10 +102,10 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
         # an empty list has no type in rclpy
         dynamic_typing=0 in parameter.sizes,
     )
-    if parameter.lower is not None and type(parameter.default) is int:
+    if type(parameter.default) is int:
         descriptor.integer_range = [IntegerRange(
             from_value=int(parameter.lower), to_value=int(parameter.upper))]
-    elif parameter.lower is not None and type(parameter.default) is float:
+    elif type(parameter.default) is float:
         descriptor.floating_point_range = [FloatingPointRange(
             from_value=float(parameter.lower), to_value=float(parameter.upper))]
     return descriptor
