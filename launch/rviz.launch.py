@@ -2,57 +2,59 @@
 
 from pathlib import Path
 
-from launch import LaunchContext, LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    GroupAction,
-    OpaqueFunction,
-    SetEnvironmentVariable,
-    UnsetEnvironmentVariable,
-)
-from launch.conditions import IfCondition
+from ament_index_python import PackageNotFoundError, get_package_prefix
+from launch import LaunchDescription
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from ur5_ros.config import config_folder, load_arm
+from ur5_ros.errors import InputError
+from ur5_ros.launcher.launch_arguments import Argument, node_name, parameter_files
+from ur5_ros.launcher.launch_file import describe
 from ur5_ros.sim.urdf import urdf_text
 
 CONFIG = Path(config_folder())
 ARGUMENTS = {
-    'ur_type': ('ur5', 'As in ur_description.'),
-    'arm': (LaunchConfiguration('ur_type'), 'A name of config/arms or a YAML file.'),
-    'tf_prefix': ('', 'Put before every joint and frame name.'),
-    'namespace': ('', 'Of the nodes.'),
-    'launch_rviz': ('true', 'false: the transforms alone.'),
-    'rviz_config_file': (str(CONFIG / 'layouts' / 'ur5.rviz'), 'Layout of RViz.'),
-    'use_sim_time': ('true', "Follow the simulator's /clock."),
-    'loopback': ('true', 'Keep every socket on 127.0.0.1.'),
+    'ur_type': Argument('ur5', 'As in ur_description.'),
+    'arm': Argument(LaunchConfiguration('ur_type'), 'A name of config/arms or a YAML file.'),
+    'tf_prefix': Argument('', 'Put before every joint and frame name.'),
+    'namespace': Argument('', 'Of the nodes.'),
+    'launch_rviz': Argument('true', 'false: the transforms alone.', 'boolean'),
+    'rviz_config_file': Argument(str(CONFIG / 'layouts' / 'ur5.rviz'), 'Layout of RViz.', 'file'),
+    'params_file': Argument('', 'ROS parameters of robot_state_publisher.', 'file'),
+    'use_sim_time': Argument('true', "Follow the simulator's /clock.", 'boolean'),
+    'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean'),
 }
 
 
-def nodes(context: LaunchContext) -> list:
+def nodes(values: dict) -> list:
     """Return robot_state_publisher with the URDF of the arm, and RViz."""
-    said = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    use_sim_time = {'use_sim_time': said['use_sim_time'].lower() == 'true'}
-    description = urdf_text(load_arm(said['arm']), said['tf_prefix'])
-    transforms = Node(
-        package='robot_state_publisher', executable='robot_state_publisher',
-        namespace=said['namespace'], output='screen',
-        parameters=[use_sim_time, {'robot_description': description}])
-    rviz = Node(
-        package='rviz2', executable='rviz2', namespace=said['namespace'], output='screen',
-        arguments=['-d', said['rviz_config_file'], '-f', f'{said["tf_prefix"]}base_link'],
-        parameters=[use_sim_time], condition=IfCondition(LaunchConfiguration('launch_rviz')))
-    return [transforms, rviz]
+    namespace, prefix = values.get('namespace', ''), values.get('tf_prefix', '')
+    use_sim_time = {'use_sim_time': values['use_sim_time']}
+    require_package('robot_state_publisher')
+    [files] = parameter_files(values, node_name(namespace, 'robot_state_publisher'))
+    started = [Node(
+        package='robot_state_publisher', executable='robot_state_publisher', namespace=namespace,
+        output='screen', parameters=[*files, use_sim_time, {
+            'robot_description': urdf_text(load_arm(values['arm']), prefix)}])]
+    if values['launch_rviz']:
+        require_package('rviz2')
+        started.append(Node(
+            package='rviz2', executable='rviz2', namespace=namespace, output='screen',
+            arguments=['-d', values['rviz_config_file'], '-f', f'{prefix}base_link'],
+            parameters=[use_sim_time]))
+    return started
+
+
+def require_package(name: str) -> None:
+    """Refuse, before anything is started, a package that is not installed."""
+    try:
+        get_package_prefix(name)
+    except (PackageNotFoundError, OSError):
+        raise InputError(f'the package {name} is not installed; install '
+                         f'ros-jazzy-{name.replace("_", "-")}, or do without RViz') from None
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, the loopback profile and the two nodes."""
-    arguments = [DeclareLaunchArgument(name, default_value=default, description=description)
-                 for name, (default, description) in ARGUMENTS.items()]
-    network = GroupAction(
-        [SetEnvironmentVariable('FASTRTPS_DEFAULT_PROFILES_FILE',
-                                str(CONFIG / 'fastdds_loopback.xml')),
-         UnsetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE')],
-        scoped=False, condition=IfCondition(LaunchConfiguration('loopback')))
-    return LaunchDescription([*arguments, network, OpaqueFunction(function=nodes)])
+    """Return the arguments, and what is made of them."""
+    return describe(ARGUMENTS, nodes)

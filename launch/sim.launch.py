@@ -3,76 +3,53 @@
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    GroupAction,
-    SetEnvironmentVariable,
-    Shutdown,
-    UnsetEnvironmentVariable,
-)
-from launch.conditions import IfCondition
+from launch.actions import Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 
 from ur5_ros.config import config_folder
+from ur5_ros.launcher.launch_arguments import Argument, given, node_name, parameter_files
+from ur5_ros.launcher.launch_file import describe
 
 CONFIG = Path(config_folder())
+ARGUMENTS = {
+    'ur_type': Argument('', 'As in ur_description; ur5 by default.'),
+    'arm': Argument(LaunchConfiguration('ur_type'), 'A name of config/arms or a YAML file.'),
+    'tf_prefix': Argument('', 'Put before every joint and frame name.'),
+    'namespace': Argument('', 'Of the node.'),
+    'gui': Argument('', "PyBullet's window: true or false (the node's default).", 'boolean'),
+    'lockstep': Argument('', 'Time waits for the answer to each state: true (the default of the '
+                         'node) or false.', 'boolean'),
+    'control_rate': Argument('', '[Hz]; 1000 by default of the node.', 'integer'),
+    'physics_rate': Argument('', '[Hz]; a whole multiple of control_rate; the same by default.',
+                             'integer'),
+    'realtime_factor': Argument('', 'Paced: 1.0 (the default of the node) = wall clock, 0.0 = as '
+                                'fast as it goes.', 'number'),
+    'effort_convention': Argument('', 'What a commanded effort means: total (the default of the '
+                                  'node) or gravity_excluded.',
+                                  choices=('total', 'gravity_excluded')),
+    'stop_after': Argument('', 'End after this simulated time [s]; 0.0 (the default of the node) '
+                           '= never.', 'number'),
+    'bag': Argument('', "'auto' (the default of the node), a folder, or 'none'.", 'bag'),
+    'params_file': Argument('', 'ROS parameters that the arguments do not set.', 'file'),
+    'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean'),
+}
 
 
-def value(name: str, kind: type) -> ParameterValue:
-    """Return a launch argument as a node parameter of a type."""
-    return ParameterValue(LaunchConfiguration(name), value_type=kind)
+def nodes(values: dict) -> list:
+    """Return the node with the arguments that were given."""
+    if 'control_rate' in values:
+        values.setdefault('physics_rate', values['control_rate'])
+    [files] = parameter_files(values, node_name(values.get('namespace', ''), 'ur5_sim'))
+    return [Node(
+        package='ur5_ros', executable='sim_node', name='ur5_sim',
+        namespace=values.get('namespace', ''), output='screen', emulate_tty=True,
+        on_exit=Shutdown(reason='the simulator has ended'),
+        parameters=[str(CONFIG / 'sim.yaml'), *files, given(values, (
+            'arm', 'tf_prefix', 'gui', 'lockstep', 'control_rate', 'physics_rate',
+            'realtime_factor', 'effort_convention', 'stop_after', 'bag'))])]
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, the loopback profile and the node."""
-    arguments = [
-        DeclareLaunchArgument('ur_type', default_value='ur5', description='As in ur_description.'),
-        DeclareLaunchArgument('arm', default_value=LaunchConfiguration('ur_type'),
-                              description='A name of config/arms or a YAML file.'),
-        DeclareLaunchArgument('tf_prefix', default_value='',
-                              description='Put before every joint and frame name.'),
-        DeclareLaunchArgument('namespace', default_value='', description='Of the node.'),
-        DeclareLaunchArgument('gui', default_value='false', description="PyBullet's window."),
-        DeclareLaunchArgument('lockstep', default_value='true',
-                              description='Time waits for the answer to each state.'),
-        DeclareLaunchArgument('control_rate', default_value='1000', description='[Hz]'),
-        DeclareLaunchArgument('physics_rate', default_value='1000',
-                              description='[Hz]; a whole multiple of control_rate.'),
-        DeclareLaunchArgument('realtime_factor', default_value='1.0',
-                              description='Paced: 1.0 = wall clock, 0.0 = as fast as it goes.'),
-        DeclareLaunchArgument('effort_convention', default_value='total',
-                              choices=['total', 'gravity_excluded'],
-                              description='What a commanded effort means.'),
-        DeclareLaunchArgument('stop_after', default_value='0.0',
-                              description='End after this simulated time [s]; 0.0 = never.'),
-        DeclareLaunchArgument('bag', default_value='auto',
-                              description="'auto', a folder, or '' for no bag."),
-        DeclareLaunchArgument('params_file', default_value=str(CONFIG / 'sim.yaml'),
-                              description='ROS parameters that the arguments do not set.'),
-        DeclareLaunchArgument('loopback', default_value='true',
-                              description='Keep every socket on 127.0.0.1.'),
-    ]
-    network = GroupAction(
-        [SetEnvironmentVariable('FASTRTPS_DEFAULT_PROFILES_FILE',
-                                str(CONFIG / 'fastdds_loopback.xml')),
-         UnsetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE')],
-        scoped=False, condition=IfCondition(LaunchConfiguration('loopback')))
-    simulator = Node(
-        package='ur5_ros', executable='sim_node', name='ur5_sim',
-        namespace=LaunchConfiguration('namespace'), output='screen', emulate_tty=True,
-        parameters=[LaunchConfiguration('params_file'), {
-            'arm': value('arm', str),
-            'tf_prefix': value('tf_prefix', str),
-            'gui': value('gui', bool),
-            'lockstep': value('lockstep', bool),
-            'control_rate': value('control_rate', int),
-            'physics_rate': value('physics_rate', int),
-            'realtime_factor': value('realtime_factor', float),
-            'effort_convention': value('effort_convention', str),
-            'stop_after': value('stop_after', float),
-            'bag': value('bag', str),
-        }],
-        on_exit=Shutdown(reason='the simulator has ended'))
-    return LaunchDescription([*arguments, network, simulator])
+    """Return the arguments, and what is made of them."""
+    return describe(ARGUMENTS, nodes)

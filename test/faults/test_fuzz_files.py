@@ -13,9 +13,9 @@ from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.cdr.recorded_types import schema_text
 from ur5_ros.config import arm_text, config_folder, parse_arm
 from ur5_ros.config.experiments import load_experiment
+from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.validation import load_marks
 from ur5_ros.errors import InputError
-from ur5_ros.nodes.ros.parameters import check_sections, read_files
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sweep.spec import parse_sweep
 
@@ -31,7 +31,7 @@ def test_no_mutilated_file_gets_past_its_reader(times, tmp_path, record_property
 
     def parameters(text):
         path.write_text(text)
-        check_sections(read_files(['--params-file', str(path)]), '/ur5_sim')
+        require_sections([path], '/ur5_sim')
 
     def from_file(read):
         def written(text):

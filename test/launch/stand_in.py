@@ -1,23 +1,28 @@
 """
 Just enough of launch and launch_ros to run a launch file where neither is installed.
 
-Arguments are declared, substitutions performed, conditions asked and functions called as launch
-does it; what comes out is the command line of each node.
+Arguments are declared, substitutions performed and functions called as launch does it; what comes
+out is the command line of each node, its parameters in temporary files as launch_ros writes them.
 """
 
 import importlib.util
 import sys
+import tempfile
 import types
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import yaml
+
 
 class Started(NamedTuple):
-    """A node as the launch file wants it."""
+    """A node as the launch file starts it."""
 
     executable: str
     arguments: list[str]
     parameters: list
+    on_exit: object
 
 
 class Configuration:
@@ -30,18 +35,11 @@ class Configuration:
         return plain(context[self.name], context)
 
 
-class Value(NamedTuple):
-    """A parameter with the type that it is to have."""
-
-    value: object
-    value_type: type = str
-
-
 class Action:
     """Any action: its words are kept."""
 
-    def __init__(self, *words, condition=None, **named):
-        self.words, self.condition, self.named = words, condition, named
+    def __init__(self, *words, **named):
+        self.words, self.named = words, named
 
 
 class Declare(Action):
@@ -49,10 +47,6 @@ class Declare(Action):
 
 
 class Environment(Action):
-    pass
-
-
-class Group(Action):
     pass
 
 
@@ -68,37 +62,34 @@ class Node(Action):
     pass
 
 
+class Shutdown(Action):
+    pass
+
+
 def plain(value, context):
     """Return a value with every substitution performed."""
-    if isinstance(value, Configuration):
-        return value.perform(context)
-    if isinstance(value, Value):
-        said = plain(value.value, context)
-        return said == 'true' if value.value_type is bool else value.value_type(said)
-    if isinstance(value, dict):
-        return {key: plain(each, context) for key, each in value.items()}
-    return value
+    return value.perform(context) if isinstance(value, Configuration) else value
 
 
 MODULES = {
     'launch': {'LaunchDescription': list, 'LaunchContext': dict},
     'launch.actions': {
-        'DeclareLaunchArgument': Declare, 'GroupAction': Group,
-        'IncludeLaunchDescription': Include, 'OpaqueFunction': Function,
-        'SetEnvironmentVariable': Environment, 'Shutdown': Action,
+        'DeclareLaunchArgument': Declare, 'IncludeLaunchDescription': Include,
+        'OpaqueFunction': Function, 'SetEnvironmentVariable': Environment, 'Shutdown': Shutdown,
         'UnsetEnvironmentVariable': Environment},
-    'launch.conditions': {'IfCondition': lambda asked: asked},
     'launch.launch_description_sources': {'PythonLaunchDescriptionSource': str},
     'launch.substitutions': {'LaunchConfiguration': Configuration},
     'launch_ros': {},
     'launch_ros.actions': {'Node': Node},
-    'launch_ros.parameter_descriptions': {'ParameterValue': Value},
 }
+#: Module of the package that keeps what it imported from launch.
+SHARED = 'ur5_ros.launcher.launch_file'
 
 
 def description(path: Path) -> list[Action]:
     """Return what a launch file describes."""
-    before = {name: sys.modules.get(name) for name in MODULES}
+    before = {name: sys.modules.get(name) for name in (*MODULES, SHARED)}
+    sys.modules.pop(SHARED, None)
     try:
         for name, members in MODULES.items():
             sys.modules[name] = types.ModuleType(name)
@@ -110,17 +101,24 @@ def description(path: Path) -> list[Action]:
     finally:
         for name, module in before.items():
             if module is None:
-                del sys.modules[name]
+                sys.modules.pop(name, None)
             else:
                 sys.modules[name] = module
 
 
 def launch(path: Path, **given: str) -> tuple[list[Started], dict]:
     """Run a launch file; return its nodes and the variables of the environment it sets."""
-    context: dict = dict(given)
+    context: dict = {}
+    for name, text in given.items():
+        if not text:  # launch refuses `name:=` on its command line
+            raise ValueError(f'malformed launch argument {name}:={text}')
+        context[name] = text
+    return _launch(path, context, set(given))
+
+
+def _launch(path: Path, context: dict, undeclared: set[str]) -> tuple[list[Started], dict]:
     nodes: list[Started] = []
     environment: dict = {}
-    undeclared = set(given)
 
     def visit(actions) -> None:
         for action in actions:
@@ -128,21 +126,16 @@ def launch(path: Path, **given: str) -> tuple[list[Started], dict]:
                 name = action.words[0]
                 undeclared.discard(name)
                 context.setdefault(name, action.named['default_value'])
-                choices = action.named.get('choices')
-                assert choices is None or plain(context[name], context) in choices
                 assert action.named['description']
-            if action.condition and plain(action.condition, context).lower() != 'true':
-                continue
-            if isinstance(action, Group):
-                visit(action.words[0])
             elif isinstance(action, Environment):
                 environment[action.words[0]] = (action.words[1:] or ('',))[0]
             elif isinstance(action, Function):
                 visit(action.named['function'](context))
             elif isinstance(action, Include):
-                passed = {name: plain(value, context)
-                          for name, value in action.named['launch_arguments']}
-                nodes.extend(launch(Path(action.words[0]), **passed)[0])
+                # what is passed stays set in the including file, as in launch
+                context.update({name: plain(value, context)
+                                for name, value in action.named['launch_arguments']})
+                nodes.extend(_launch(Path(action.words[0]), context, set())[0])
             elif isinstance(action, Node):
                 nodes.append(started(action.named, context))
 
@@ -152,19 +145,42 @@ def launch(path: Path, **given: str) -> tuple[list[Started], dict]:
 
 
 def started(words: dict, context: dict) -> Started:
-    """Return the command line of a node."""
+    """Return the command line of a node, as launch_ros composes it."""
+    namespace = '/' + plain(words.get('namespace', ''), context).strip('/')
+    name = plain(words.get('name', ''), context)
     arguments = [plain(each, context) for each in words.get('arguments', [])] + ['--ros-args']
-    if words.get('name'):
-        arguments += ['-r', f'__node:={plain(words["name"], context)}']
-    if namespace := plain(words.get('namespace', ''), context):
-        arguments += ['-r', f'__ns:=/{namespace}']
-    parameters = [plain(each, context) for each in words['parameters']]
-    for each in parameters:
+    if name:
+        arguments += ['-r', f'__node:={name}']
+    arguments += ['-r', f'__ns:={namespace}']
+    parameters = []
+    for each in words['parameters']:
         if isinstance(each, str):
+            parameters.append(each)
             arguments += ['--params-file', each]
             continue
-        for name, value in each.items():
-            said = str(value).lower() if isinstance(value, bool) else value
-            quoted = f"'{said}'" if isinstance(value, str) else said
-            arguments += ['-p', f'{name}:={quoted}']
-    return Started(words['executable'], arguments, parameters)
+        values = {key: evaluated(plain(value, context)) for key, value in each.items()}
+        parameters.append(values)
+        section = f'{namespace.rstrip("/")}/{name}' if name else '/**'
+        arguments += ['--params-file', parameter_file(section, values)]
+    return Started(words['executable'], arguments, parameters, words.get('on_exit'))
+
+
+def evaluated(value):
+    """Return a value as launch_ros evaluates it: a list is a tuple of one type, and not empty."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        kinds = {type(item) for item in value}
+        if kinds == {int, float}:
+            value, kinds = [float(item) for item in value], {float}
+        if len(kinds) != 1 or not kinds <= {bool, int, float, str}:
+            raise TypeError(f'expected a sequence of one type, not empty: {value!r}')
+        return tuple(value)
+    if type(value) not in (bool, int, float, str):
+        raise TypeError(f'{value!r} can be no parameter')
+    return value
+
+
+def parameter_file(section: str, values: dict) -> str:
+    """Return the path of a file that holds parameters as launch_ros writes them, tags included."""
+    with tempfile.NamedTemporaryFile('w', prefix='launch_params_', delete=False) as file:
+        yaml.dump({section: {'ros__parameters': values}}, file, default_flow_style=False)
+    return file.name

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.cdr.fixed_messages import FixedJointState
+from ur5_ros.config.parameter_files import matches, sections
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import position_and_quaternion
@@ -18,7 +19,6 @@ from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals, Throttle
 from ur5_ros.nodes.ros.environment import check_environment
 from ur5_ros.nodes.ros.messages import EffortReader, StateReader
-from ur5_ros.nodes.ros.parameters import matches
 from ur5_ros.nodes.ros.process import pin_to_core
 from ur5_ros.nodes.ros.recording import Recording, run_of
 from ur5_ros.signals import JOINT_NAMES, joint_order
@@ -207,3 +207,20 @@ def test_an_ordinary_environment_serves(repo):
                        str(repo / 'config' / 'fastdds_loopback.xml')})
     check_environment({'ROS_DOMAIN_ID': '', 'ROS_SECURITY_ENABLE': 'false'})
     check_environment({'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce'})
+
+
+@pytest.mark.parametrize(('text', 'said'), [
+    ('/a: &x\n  ros__parameters: {b: 1}\n/c: *x\n', 'alias'), ('/a:\n  b: 1\n  b: 2\n', 'twice'),
+    ('[1, 2]', 'no sections'), ('a: [', 'YAML'), ('a: "b', 'YAML')])
+def test_a_parameter_file_that_rcl_reads_otherwise_is_refused(tmp_path, text, said):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text(text)
+    with pytest.raises(InputError, match=said):
+        sections(file)
+
+
+def test_values_and_tags_of_a_parameter_file_are_not_looked_at(tmp_path):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text('/a/b:\n  ros__parameters:\n    x: !!python/tuple [1]\n    y: !mine ~\n'
+                    'c:\n  /d:\n    ros__parameters: {}\n')
+    assert sections(file) == ['/a/b', '/c/d']

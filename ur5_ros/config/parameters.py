@@ -26,8 +26,7 @@ class Parameter(NamedTuple):
 
 
 _SHARED = (
-    Parameter('bag', 'auto', "Where to record: 'auto' (bags/<run>/<node>), a folder, or '' for "
-              'no bag.'),
+    Parameter('bag', 'auto', "Where to record: 'auto' (bags/<run>/<node>), a folder, or 'none'."),
     Parameter('max_bagfile_duration', 60.0, 'A bag file is split after this time [s of wall '
               'clock]; 0 = never.', 0.0, 86400.0),
     Parameter('max_bagfile_size', 0, 'A bag file is split at this size [bytes]; 0 = never.',

@@ -1,14 +1,15 @@
 """Both nodes in one process, taking turns in one thread: ROS calls it composition."""
 
-from typing import Any
+from pathlib import Path
 
 from rclpy.node import Node
 
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS
+from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.topics import CONTROL_NODE, SIM_NODE
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.control.node import ControlNode
-from ur5_ros.nodes.ros.parameters import check_sections
+from ur5_ros.nodes.ros.recording import NO_BAG
 from ur5_ros.nodes.ros.shared_wait import SharedLoop, SharedWait
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.sim.node import Simulator
@@ -26,8 +27,8 @@ class ComposedNodes:
 
     Parameters
     ----------
-    files : mapping
-        Parameter files by path, as read.
+    files : list of pathlib.Path
+        Parameter files of the command line.
     stop : StopRequest
         Asks both to end.
 
@@ -38,12 +39,12 @@ class ComposedNodes:
 
     """
 
-    def __init__(self, files: dict[str, Any], stop: StopRequest) -> None:
+    def __init__(self, files: list[Path], stop: StopRequest) -> None:
         self._wait = SharedWait()
         given = _given_to_both(files)
         # the controller first: it opens no bag before the simulator has named the run
-        self._control = ControlNode({}, stop, self._loop, given & _NAMES[SIM_NODE])
-        self._sim = Simulator({}, stop, self._loop, given & _NAMES[CONTROL_NODE])
+        self._control = ControlNode([], stop, self._loop, given & _NAMES[SIM_NODE])
+        self._sim = Simulator([], stop, self._loop, given & _NAMES[CONTROL_NODE])
 
     def begin(self) -> None:
         """Send state 1."""
@@ -74,14 +75,15 @@ class ComposedNodes:
         return self._wait.loop(node)
 
 
-def _given_to_both(files: dict[str, Any]) -> set[str]:
+def _given_to_both(files: list[Path]) -> set[str]:
     """Return the names of the parameters that are given to no node in particular."""
     probe = Node('ur5_composed', enable_rosout=False, start_parameter_services=False)
     try:
-        check_sections(files, *(f'{probe.get_namespace().rstrip("/")}/{name}' for name in _NAMES))
+        namespace = probe.get_namespace().rstrip('/')
+        require_sections(files, *(f'{namespace}/{name}' for name in _NAMES))
         given = probe._parameter_overrides
         bag = given['bag'].value if 'bag' in given else ''
-        if bag not in ('', 'auto'):
+        if bag not in (*NO_BAG, 'auto'):
             raise InputError(f'bag {bag!r} is one folder for two nodes; give -p ur5_sim:bag:='
                              f'{bag}/sim -p ur5_control:bag:={bag}/control')
         return set(given)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Collection
+from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
@@ -12,6 +13,7 @@ from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.cdr.diagnostics import ERROR
 from ur5_ros.config import arm_text
 from ur5_ros.config.node_parameters import ControlParameters
+from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.topics import CONTROL_NODE, CONTROL_TOPICS
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
@@ -22,7 +24,7 @@ from ur5_ros.nodes.control.topics import ControlOutputs
 from ur5_ros.nodes.ros.background_executor import LoopRequests, poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Refusals, Throttle
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
-from ur5_ros.nodes.ros.parameters import check_sections, declare
+from ur5_ros.nodes.ros.parameters import declare
 from ur5_ros.nodes.ros.process import DONE, LOSS, compiling, fault
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
@@ -41,8 +43,8 @@ class ControlNode:
 
     Parameters
     ----------
-    files : mapping
-        Parameter files by path, as read.
+    files : list of pathlib.Path
+        Parameter files of the command line.
     stop : StopRequest
         Asks it to end.
     loop, elsewhere
@@ -51,11 +53,11 @@ class ControlNode:
     """
 
     def __init__(
-        self, files: dict[str, Any], stop: StopRequest,
+        self, files: list[Path], stop: StopRequest,
         loop: Callable[[Node, str], Any] = make_loop, elsewhere: Collection[str] = (),
     ) -> None:
         self.node = Node(CONTROL_NODE)
-        check_sections(files, self.node.get_fully_qualified_name())
+        require_sections(files, self.node.get_fully_qualified_name())
         self.parameters = declare(self.node, ControlParameters, elsewhere)
         refuse_folder(self.parameters.bag)
         self._logger = self.node.get_logger()

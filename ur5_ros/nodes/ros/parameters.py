@@ -1,8 +1,6 @@
 """Parameters as ROS knows them, from the declarations in :mod:`ur5_ros.config.parameters`."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from itertools import pairwise
-from pathlib import Path
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -14,11 +12,11 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from ur5_ros.config import read_yaml
 from ur5_ros.config.node_parameters import Record
 from ur5_ros.config.parameters import Parameter, check
 from ur5_ros.errors import InputError
 
+_NUMBERS = RosParameter.Type.DOUBLE_ARRAY
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 
 
@@ -50,8 +48,11 @@ def declare(node: Node, record: type[Record], elsewhere: Collection[str] = ()) -
     parameters = record.of(given)
     values = parameters.by_name()
     node.declare_parameters(
-        '', [(each.name, values[each.name], _descriptor(each)) for each in record.declared],
-        ignore_override=True)
+        '', [(each.name, _NUMBERS if values[each.name] == [] else values[each.name],
+              _descriptor(each)) for each in record.declared], ignore_override=True)
+    # rclpy takes an empty list for bytes unless the type is given beside it
+    node.set_parameters([_ros_parameter(each, []) for each in record.declared
+                         if values[each.name] == []])
     return parameters
 
 
@@ -98,10 +99,7 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
     if parameter.choices:
         description += f' One of: {", ".join(parameter.choices)}.'
     descriptor = ParameterDescriptor(
-        name=parameter.name, description=description, read_only=not parameter.live,
-        # an empty list has no type in rclpy
-        dynamic_typing=0 in parameter.sizes,
-    )
+        name=parameter.name, description=description, read_only=not parameter.live)
     if type(parameter.default) is int:
         descriptor.integer_range = [IntegerRange(
             from_value=int(parameter.lower), to_value=int(parameter.upper))]
@@ -115,9 +113,16 @@ def _converted(parameter: Parameter | None, given: RosParameter) -> RosParameter
     if parameter is None:
         return given
     try:
-        return RosParameter(given.name, value=check(parameter, _plain(given.value)))
+        return _ros_parameter(parameter, check(parameter, _plain(given.value)))
     except InputError:
         return given
+
+
+def _ros_parameter(parameter: Parameter, value: Any) -> RosParameter:
+    """Return a parameter of rclpy with a checked value."""
+    if isinstance(parameter.default, list):
+        return RosParameter(parameter.name, _NUMBERS, value)
+    return RosParameter(parameter.name, value=value)
 
 
 def _plain(value: Any) -> Any:
@@ -125,88 +130,3 @@ def _plain(value: Any) -> Any:
     if value is None:
         return []
     return list(value) if hasattr(value, '__len__') and not isinstance(value, str) else value
-
-
-def read_files(arguments: Sequence[str]) -> dict[str, Any]:
-    """
-    Return the parameter files of a command line, read strictly: rcl reads past doubled keys.
-
-    Parameters
-    ----------
-    arguments : sequence of str
-        Command line.
-
-    Returns
-    -------
-    dict
-        Path to what the file says.
-
-    Raises
-    ------
-    InputError
-        If one cannot be read, or is no strict YAML with sections.
-
-    """
-    paths = [after for before, after in pairwise(arguments) if before == '--params-file']
-    files = {path: read_yaml(Path(path)) for path in paths}
-    for path, data in files.items():
-        if not isinstance(data, Mapping):
-            raise InputError(f'{path}: no sections; give "/node_name: ros__parameters: ..."')
-    return files
-
-
-def check_sections(files: Mapping[str, Any], *node_names: str) -> None:
-    """
-    Refuse parameter files that say nothing to a node: rcl reads past them in silence.
-
-    Parameters
-    ----------
-    files : mapping
-        From :func:`read_files`.
-    *node_names : str
-        Fully qualified names of the nodes of the process.
-
-    Raises
-    ------
-    InputError
-        If a file has no section for any of them.
-
-    """
-    for path, data in files.items():
-        sections = list(_sections(data, ''))
-        if not any(matches(section, name) for section in sections for name in node_names):
-            found, name = ', '.join(sections) or 'none', ' or '.join(node_names)
-            raise InputError(f'{path}: no section for {name} (sections: {found}); '
-                             f'rename one to {node_names[0]}, or to /**')
-
-
-def matches(section: str, node_name: str) -> bool:
-    """
-    Return whether a section of a parameter file speaks to a node, as rcl reads it.
-
-    ``*`` stands for one part of a name, ``**`` for any number of them; a section without a
-    leading slash is taken from the root.
-
-    """
-    return _match(_parts(section), _parts(node_name))
-
-
-def _match(pattern: list[str], name: list[str]) -> bool:
-    if not pattern:
-        return not name
-    if pattern[0] == '**':
-        return any(_match(pattern[1:], name[i:]) for i in range(len(name) + 1))
-    return bool(name) and pattern[0] in ('*', name[0]) and _match(pattern[1:], name[1:])
-
-
-def _parts(name: str) -> list[str]:
-    return [part for part in name.split('/') if part]
-
-
-def _sections(data: Mapping[str, Any], above: str) -> Iterable[str]:
-    """Yield the node names in a parameter file: the keys above ``ros__parameters``."""
-    for key, value in data.items():
-        if key == 'ros__parameters':
-            yield above or '/'
-        elif isinstance(value, Mapping):
-            yield from _sections(value, f'{above}/{key.strip("/")}')

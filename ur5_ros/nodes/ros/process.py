@@ -7,6 +7,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import rclpy
@@ -15,10 +16,10 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from ur5_ros.config.parameter_files import files_of, sections
 from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.compile_notice import on_compile
 from ur5_ros.nodes.ros.environment import REFUSED, tell_refusal
-from ur5_ros.nodes.ros.parameters import read_files
 from ur5_ros.nodes.ros.shutdown import StopRequest
 
 #: Exit codes besides REFUSED: done; an error of the program; done, but the recording lost some.
@@ -52,7 +53,7 @@ def pin_to_core(core: str) -> None:
 
 
 def run_node(
-    create: Callable[[dict[str, Any], StopRequest], Any], stop: StopRequest,
+    create: Callable[[list[Path], StopRequest], Any], stop: StopRequest,
     arguments: Sequence[str] | None = None,
 ) -> None:
     """
@@ -123,7 +124,9 @@ def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest
     core = os.environ.get('UR5_ROS_CORE', '')
     if core:
         pin_to_core(core)
-    files = read_files(arguments)
+    files = files_of(arguments)
+    for file in files:
+        sections(file)  # refused in our words, before rcl reads it
     try:
         surplus = remove_ros_args(list(arguments))[1:]
         if surplus:

@@ -14,6 +14,9 @@ from ur5_ros.errors import InputError
 #: Messages kept while the run's name is not known yet: half a minute of a 1 kHz loop.
 MOST_BUFFERED = 200_000
 
+#: Values of the parameter ``bag`` without a recording; a shell makes nothing of bag:=''.
+NO_BAG = ('', 'none')
+
 
 class Recording:
     """
@@ -31,7 +34,7 @@ class Recording:
     """
 
     def __init__(self, where: str, node: str, max_duration: float, max_size: int) -> None:
-        self.where = where
+        self.where = where = '' if where in NO_BAG else where
         self.node = node
         self._split = (max_duration, max_size)
         self._topics: list[tuple[str, str, Mapping[str, Any]]] = []
@@ -142,7 +145,7 @@ def refuse_folder(where: str) -> None:
         If it does.
 
     """
-    if where not in ('', 'auto') and Path(where).expanduser().exists():
+    if where not in (*NO_BAG, 'auto') and Path(where).expanduser().exists():
         raise InputError(f'bag folder {where} exists; give another one, or remove it')
 
 
@@ -158,7 +161,7 @@ def run_of(where: str, new_name: Callable[[], str]) -> str:
         If the folder exists.
 
     """
-    if where in ('', 'auto'):
+    if where in (*NO_BAG, 'auto'):
         return new_name()
     refuse_folder(where)
     folder = Path(where).expanduser()

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Collection
+from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
@@ -11,11 +12,12 @@ from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.config import arm_text
 from ur5_ros.config.node_parameters import SimParameters
+from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
-from ur5_ros.nodes.ros.parameters import check_sections, declare
+from ur5_ros.nodes.ros.parameters import declare
 from ur5_ros.nodes.ros.process import DONE, LOSS
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, run_of
@@ -39,8 +41,8 @@ class Simulator:
 
     Parameters
     ----------
-    files : mapping
-        Parameter files by path, as read.
+    files : list of pathlib.Path
+        Parameter files of the command line.
     stop : StopRequest
         Asks it to end.
     loop : callable
@@ -51,11 +53,11 @@ class Simulator:
     """
 
     def __init__(
-        self, files: dict[str, Any], stop: StopRequest,
+        self, files: list[Path], stop: StopRequest,
         loop: Callable[[Node, str], Any] = make_loop, elsewhere: Collection[str] = (),
     ) -> None:
         self.node = Node(SIM_NODE)
-        check_sections(files, self.node.get_fully_qualified_name())
+        require_sections(files, self.node.get_fully_qualified_name())
         parameters = self.parameters = declare(self.node, SimParameters, elsewhere)
         if self.node.get_parameter('use_sim_time').value:
             raise InputError('use_sim_time is true, but this node makes the time; leave it false')

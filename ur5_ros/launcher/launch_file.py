@@ -1,0 +1,56 @@
+"""What the launch files share; the packages launch and launch_ros are imported here alone."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from launch import LaunchContext, LaunchDescription  # type: ignore[attr-defined]
+from launch.actions import (
+    DeclareLaunchArgument,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+    UnsetEnvironmentVariable,
+)
+from launch.substitutions import LaunchConfiguration
+
+from ur5_ros.config import config_folder
+from ur5_ros.launcher.launch_arguments import Argument, read_arguments
+
+
+def describe(
+    arguments: Mapping[str, Argument], nodes: Callable[[dict[str, Any]], list],
+) -> LaunchDescription:
+    """
+    Return a launch description.
+
+    Parameters
+    ----------
+    arguments : mapping of str to Argument
+        All that the launch file takes; ``loopback`` among them.
+    nodes : callable
+        Takes the values of the arguments, returns the actions of launch.
+
+    Returns
+    -------
+    LaunchDescription
+        The declared arguments, the environment and what ``nodes`` returns. Everything is checked
+        before the first process is started.
+
+    """
+    def actions(context: LaunchContext) -> list:
+        values = read_arguments(arguments, {name: LaunchConfiguration(name).perform(context)
+                                            for name in arguments})
+        return [*_network(values['loopback']), *nodes(values)]
+
+    declared = [DeclareLaunchArgument(name, default_value=each.default,
+                                      description=each.description)
+                for name, each in arguments.items()]
+    return LaunchDescription([*declared, OpaqueFunction(function=actions)])
+
+
+def _network(loopback: bool) -> list:
+    """Return what keeps every socket on the loopback interface, if asked."""
+    if not loopback:
+        return []
+    return [SetEnvironmentVariable('FASTRTPS_DEFAULT_PROFILES_FILE',
+                                   str(config_folder() / 'fastdds_loopback.xml')),
+            UnsetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE')]
