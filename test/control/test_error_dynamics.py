@@ -77,7 +77,7 @@ def test_table_one_controls_the_manufacturers_arm_but_for_its_digit_swap(close_l
 
 def test_started_on_the_path_the_arm_stays_on_it(close_loop, exact_arm):
     controller = controller_from_parameters({'experiment': 'multi_sine', 'autostart': True}, 1000)
-    begin = controller.experiment.motion.at(0).q
+    begin = controller.experiment.trajectory.at(0).q
     run = close_loop(controller, exact_arm(controller.arm, 1000, begin), 4000)
     assert np.abs(run.error).max() < 5e-4  # the hold lag of one period
     assert_allclose(run.error, sampled_error(run, 1e-3), atol=1e-12)

@@ -33,7 +33,7 @@ def experiment_of(folder, text):
 
 def table(name, arm_name='ur5', rate=RATE):
     spec = load_experiment(name)
-    motion = experiment_trajectory(spec, load_arm(arm_name), rate, 0.02).motion
+    motion = experiment_trajectory(spec, load_arm(arm_name), rate, 0.02).trajectory
     times = np.arange(int(spec.duration * rate) + 1)
     rows = [motion.at(int(i) * 1_000_000_000 // rate) for i in times]
     return times / rate, *(np.array(part) for part in zip(*rows, strict=True))
@@ -114,7 +114,8 @@ def test_the_arm_begins_where_the_profile_begins_plus_the_initial_error():
 def test_stamps_between_the_rows_of_the_table_get_the_motion_itself(name):
     # a robot's clock does not tick on our grid; the witness is a table whose grid it is on
     spec, arm = load_experiment(name), load_arm('ur5')
-    coarse, fine = (experiment_trajectory(spec, arm, rate, 0.02).motion for rate in (1000, 7000))
+    coarse, fine = (experiment_trajectory(spec, arm, rate, 0.02).trajectory
+                    for rate in (1000, 7000))
     for i in range(1, round(spec.duration * 7000), 3331):
         time = i * 1_000_000_000 // 7000
         for one, two, atol in zip(coarse.at(time), fine.at(time), (1e-9, 1e-9, 1e-6),
@@ -124,7 +125,7 @@ def test_stamps_between_the_rows_of_the_table_get_the_motion_itself(name):
 
 def test_a_time_on_the_grid_gives_the_same_bits_whatever_the_grid():
     spec, arm = load_experiment('kebria_fig11'), load_arm('ur5')
-    tables = [experiment_trajectory(spec, arm, rate, 0.02).motion
+    tables = [experiment_trajectory(spec, arm, rate, 0.02).trajectory
               for rate in (125, 500, 1000, 2000)]
     for k in range(0, 20 * 125, 61):
         rows = [np.concatenate(table.at(k * 8_000_000)).tobytes() for table in tables]
@@ -133,7 +134,7 @@ def test_a_time_on_the_grid_gives_the_same_bits_whatever_the_grid():
 
 def test_stamps_rounded_to_nanoseconds_stay_on_the_grid():
     spec, arm = load_experiment('kebria_fig11'), load_arm('ur5')
-    motion = experiment_trajectory(spec, arm, 300, 0.02).motion
+    motion = experiment_trajectory(spec, arm, 300, 0.02).trajectory
     for first in (1, 2, 3):  # the same period after starts whose stamps were rounded otherwise
         time = stamp_of_period(first + 1000, 300) - stamp_of_period(first, 300)
         assert motion.at(time).q.tobytes() == motion.at(round(1000 / 300 * 1e9)).q.tobytes()
@@ -157,7 +158,8 @@ def test_the_exciting_trajectory_tells_all_parameters_apart():
 def test_a_file_of_ones_own_is_an_experiment(tmp_path):
     path = tmp_path / 'mine.yaml'
     path.write_text(TEXT)
-    motion = experiment_trajectory(load_experiment(str(path)), load_arm('ur5'), 100, 0.02).motion
+    motion = experiment_trajectory(load_experiment(str(path)), load_arm('ur5'), 100,
+                                   0.02).trajectory
     assert_allclose(motion.at(490_000_000).q[0], 0.0)
     assert_allclose(motion.at(500_000_000).q[0], 0.1)
 
@@ -244,7 +246,7 @@ def test_without_a_ramp_the_motion_begins_at_speed(tmp_path):
     text = text.replace('step: [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]',
                         'joints: {elbow_joint: [{amplitude: 0.1, frequency: 1.0}]}')
     spec = experiment_of(tmp_path, text)
-    motion = experiment_trajectory(spec, load_arm('ur5'), 100, 0.02).motion
+    motion = experiment_trajectory(spec, load_arm('ur5'), 100, 0.02).trajectory
     assert_allclose(motion.at(0).qd[2], 0.2 * np.pi)
 
 

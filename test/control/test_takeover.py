@@ -87,7 +87,7 @@ def test_hold_stops_a_motion_smoothly_and_keeps_the_arm_there(holding, close_loo
 def test_an_experiment_that_ends_at_speed_is_brought_to_rest(close_loop, exact_arm, tmp_path):
     # the paper's profile is still moving after its 20 s
     controller = controller_from_parameters({'experiment': 'kebria_fig11', 'autostart': True}, 250)
-    plant = exact_arm(controller.arm, 250, controller.experiment.motion.at(0).q)
+    plant = exact_arm(controller.arm, 250, controller.experiment.trajectory.at(0).q)
     run = close_loop(controller, plant, 250 * 23)
     speed = np.abs(run.reference_qd).max(axis=1)
     assert speed[20 * 250] > 0.1

@@ -122,7 +122,7 @@ def load_experiment(name: str) -> Experiment:
     Returns
     -------
     Experiment
-        What is asked of the arm, as one of the records above.
+        One of the records above.
 
     Raises
     ------

@@ -193,6 +193,7 @@ def _number(parameter: Parameter, value: Any, kind: type) -> float | int:
         raise InputError(f'{name} is {value}; give a finite number')
     if kind is int and value != int(value):
         raise InputError(f'{name} is {value}; give a whole number')
-    if not parameter.lower <= value <= parameter.upper:
-        raise InputError(f'{name} is {value}; give {parameter.lower:g} to {parameter.upper:g}')
+    lower, upper = parameter.lower, parameter.upper
+    if lower is not None and upper is not None and not lower <= value <= upper:
+        raise InputError(f'{name} is {value}; give {lower:g} to {upper:g}')
     return kind(value)

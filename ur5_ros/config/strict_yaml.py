@@ -85,7 +85,7 @@ class _Loader(_PlainLoader):
         return super().construct_mapping(node, deep)
 
 
-# YAML 1.1 takes 1e-3 for a text; YAML 1.2, and whoever writes it, for a number.
+# YAML 1.1 takes 1e-3 for a text; YAML 1.2, which people write, for a number.
 _Loader.add_implicit_resolver(
     'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$'),
     list('-+.0123456789'))
@@ -93,7 +93,7 @@ _Loader.add_implicit_resolver(
 
 def parse_yaml(text: str, source: str) -> Any:
     """
-    Return what a YAML text says.
+    Return the content of a YAML text.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def read_text(path: Path) -> str:
 
 def read_yaml(path: Path) -> Any:
     """
-    Return what a YAML file says; see :func:`parse_yaml`.
+    Return the content of a YAML file; see :func:`parse_yaml`.
 
     Raises
     ------

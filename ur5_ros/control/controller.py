@@ -63,7 +63,7 @@ def controller_from_parameters(
 
 class Controller:
     """
-    Computed torque and its motions, without ROS: equal inputs give equal bits.
+    Control law and trajectories, without ROS: equal inputs give equal bits.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Controller:
     parameters : mapping, optional
         Values of ``CONTROL_PARAMETERS``; what is missing takes its default; ``arm`` is not read.
     control_rate : int, optional
-        Control periods a second [Hz], where known: motions are then tabled on exactly this grid.
+        Control periods a second [Hz], where known: the grid of tabled trajectories.
 
     Raises
     ------
@@ -203,25 +203,25 @@ class Controller:
         return state, last
 
     def start_experiment(self) -> None:
-        """Move to where the experiment begins and start it; refused if there is none."""
-        self._ask('start_experiment', planning.plan_experiment, self.experiment)
+        """Move to the start of the experiment and run it; refused if there is none."""
+        self._plan('start_experiment', planning.plan_experiment, self.experiment)
 
     def hold(self) -> None:
         """Bring the reference to rest, jerk-limited, and hold it."""
-        self._ask('hold', planning.plan_stop)
+        self._plan('hold', planning.plan_stop)
 
     def target_joints(self, names: Sequence[str], positions: Sequence[float]) -> None:
         """Move to joint positions; see :func:`~ur5_ros.control.planning.plan_joints`."""
-        self._ask('target_joints', planning.plan_joints, names, positions)
+        self._plan('target_joints', planning.plan_joints, names, positions)
 
     def target_pose(self, pose: np.ndarray, frame: str = 'base') -> None:
         """Move to a tool pose; see :func:`~ur5_ros.control.planning.plan_pose`."""
-        self._ask('target_pose', planning.plan_pose, pose, frame)
+        self._plan('target_pose', planning.plan_pose, pose, frame)
 
     def joint_trajectory(self, names: Sequence[str], points: Sequence[TrajectoryPoint],
                          stamp: int = 0) -> None:
         """Follow a joint trajectory; see :func:`~ur5_ros.control.planning.plan_trajectory`."""
-        self._ask('joint_trajectory', planning.plan_trajectory, names, points, stamp, self.stamp)
+        self._plan('joint_trajectory', planning.plan_trajectory, names, points, stamp, self.stamp)
 
     def follow_joint_trajectory(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: int = 0,
@@ -234,21 +234,21 @@ class Controller:
         Returns
         -------
         int
-            Number to ask :meth:`goal_verdict` with.
+            Number of the goal, for :meth:`goal_verdict`.
 
         """
         tolerances = resolve_tolerances(self._settings.tolerances, path_tolerance, goal_tolerance,
                                         goal_time, self._names)
         self.joint_trajectory(names, points, stamp)
-        return self._goals.begin(tolerances, self.stamp + self._executor.motion.duration)
+        return self._goals.start(tolerances, self.stamp + self._executor.trajectory.duration)
 
     def goal_verdict(self, number: int) -> Verdict | None:
-        """Return how a goal of :meth:`follow_joint_trajectory` ended; None while it is on."""
+        """Return how a goal of :meth:`follow_joint_trajectory` ended; None while it is active."""
         return self._goals.verdict(number)
 
     def path(self, poses: np.ndarray, times: Sequence[int] = (), frame: str = 'base') -> None:
         """Pass tool poses in straight lines; see :func:`~ur5_ros.control.planning.plan_path`."""
-        self._ask('path', planning.plan_path, poses, times, frame)
+        self._plan('path', planning.plan_path, poses, times, frame)
 
     def change(self, changes: Mapping[str, Any]) -> None:
         """
@@ -271,11 +271,11 @@ class Controller:
         self.parameters = parameters
 
     def lose_states(self) -> None:
-        """Note that states have stopped coming; the next one ends it."""
+        """Report 'waiting for states' until the next state comes."""
         self._waiting = True
 
     def status(self) -> dict[str, Any]:
-        """Return what to tell about the controller: numbers and texts."""
+        """Return the values of the diagnostics: numbers and texts."""
         return {
             'state': self._status(),
             'detail': self._stopped or self._refused or self._executor.name,
@@ -291,51 +291,51 @@ class Controller:
 
     @property
     def stamp(self) -> int:
-        """Stamp of the state answered last [ns]; 0 before the first."""
+        """Stamp of the last output [ns]; 0 before the first."""
         return 0 if self._output is None else self._output.stamp
 
     @property
     def last(self) -> tuple[ArmState | None, ControlOutput | None]:
-        """The last state believed and the answer given last; None before the first."""
+        """The last accepted state and the last output; None before the first."""
         return self._validator.last, self._output
 
-    def _ask(self, what: str, planner: Callable[..., planning.Plan], *wish: Any) -> None:
+    def _plan(self, name: str, planner: Callable[..., planning.Plan], *arguments: Any) -> None:
         try:
             if self._output is None:
                 raise InputError('no state has come yet; start the robot or the simulator first')
-            plan = planner(self._settings, self._output.reference, *wish)
+            plan = planner(self._settings, self._output.reference, *arguments)
         except InputError as refusal:
             self._counts['refused_inputs'] += 1
-            self._refused = self._last_refusal = f'{what}: {refusal}'
+            self._refused = self._last_refusal = f'{name}: {refusal}'
             raise
-        self._begin(plan, what, self._output.stamp)
+        self._execute(plan, name, self._output.stamp)
 
-    def _begin(self, plan: planning.Plan, what: str, stamp: int) -> None:
-        self._goals.preempt(what)
-        self._executor.begin(plan.motion, what, stamp, plan.branch)
+    def _execute(self, plan: planning.Plan, name: str, stamp: int) -> None:
+        self._goals.preempt(name)
+        self._executor.execute(plan.trajectory, name, stamp, plan.branch)
         self._refused = self._stopped = ''
 
     def _take_over(self, state: ArmState, arrival: StateStatus) -> None:
-        """Begin anew from a measured state: come to rest and hold, or start the experiment."""
+        """Start from a measured state: come to rest and hold, or start the experiment."""
         rest = plan_rest(self._settings, state)
         why = '' if arrival is StateStatus.FIRST else f', since {self._validator.sentence}'
-        self._begin(rest, f'hold{why}', state.stamp)
+        self._execute(rest, f'hold{why}', state.stamp)
         if arrival is StateStatus.FIRST and self.parameters.autostart and self.experiment:
             try:
-                plan = plan_autostart(self._settings, rest.motion.at(0), self.experiment)
+                plan = plan_autostart(self._settings, rest.trajectory.at(0), self.experiment)
             except InputError as refusal:
                 self._refused = self._last_refusal = f'autostart: {refusal}'
                 return
-            self._begin(plan, 'experiment', state.stamp)
+            self._execute(plan, 'experiment', state.stamp)
 
     def _judge(self, state: ArmState, stamp: int) -> None:
-        """Compare state and reference for the goal that is on; stop where it has failed."""
+        """Compare state and reference for the active goal; stop if it has failed."""
         reference = self._executor.at(stamp, self._settings.motion_limits)
         error = np.array([state.q - reference.q, state.qd - reference.qd, np.full(6, np.nan)])
-        verdict = self._goals.look(error, stamp)
+        verdict = self._goals.update(error, stamp)
         if verdict is not None and verdict.code < 0:
             stop = smooth_stop(reference, self._settings.motion_limits)
-            self._begin(planning.Plan(stop), f'stop: {verdict.message}', stamp)
+            self._execute(planning.Plan(stop), f'stop: {verdict.message}', stamp)
 
     def _watch_limits(self, state: ArmState) -> None:
         """Stop smoothly when a joint passes a limit of the arm in position or speed."""
@@ -343,7 +343,7 @@ class Controller:
         if joint is not None and not self._beyond:
             limits = self._settings.motion_limits
             stop = smooth_stop(self._executor.at(state.stamp, limits), limits)
-            self._begin(planning.Plan(stop), 'stop', state.stamp)
+            self._execute(planning.Plan(stop), 'stop', state.stamp)
             self._stopped = (f'{self._names[joint]} at {state.q[joint]:.4f} rad, '
                              f'{state.qd[joint]:.4f} rad/s')
         self._beyond = joint is not None

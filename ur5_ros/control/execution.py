@@ -1,4 +1,4 @@
-"""The reference along simulated time: which motion is on, since when, and what comes after it."""
+"""The reference along simulated time: which trajectory is active, since when, what follows it."""
 
 import numpy as np
 
@@ -9,63 +9,64 @@ from ur5_ros.signals import Reference
 
 
 class TrajectoryExecutor:
-    """One motion at a time; a motion that ends at speed is brought to rest, then held."""
+    """One trajectory at a time; one that ends at speed is brought to rest, then held."""
 
     def __init__(self) -> None:
-        self.motion: Trajectory = Hold(np.zeros(6))
-        """The motion that is on."""
+        self.trajectory: Trajectory = Hold(np.zeros(6))
+        """The active trajectory."""
         self.start = 0
-        """Stamp at which it began [ns]."""
+        """Stamp of its time 0 [ns]."""
         self.name = ''
-        """What asked for it."""
+        """Name of the request."""
         self.branch: Branch | None = None
-        """Inverse-kinematics branch of the newest motion that chose one."""
+        """Inverse-kinematics branch of the active trajectory, where one was chosen."""
 
     @property
     def moving(self) -> bool:
-        """Tell whether the reference moves."""
-        return not isinstance(self.motion, Hold)
+        """Whether the reference moves."""
+        return not isinstance(self.trajectory, Hold)
 
-    def begin(self, motion: Trajectory, name: str, stamp: int,
-              branch: Branch | None = None) -> None:
+    def execute(self, trajectory: Trajectory, name: str, stamp: int,
+                branch: Branch | None = None) -> None:
         """
-        Let a motion take over.
+        Replace the active trajectory.
 
         Parameters
         ----------
-        motion : Motion
+        trajectory : Trajectory
             Planned from the reference at ``stamp``.
         name : str
-            What asked for it.
+            Name of the request.
         stamp : int
             Its time 0 [ns].
         branch : Branch, optional
             The inverse-kinematics branch chosen for it.
 
         """
-        self.motion, self.name, self.start, self.branch = motion, name, stamp, branch
+        self.trajectory, self.name = trajectory, name
+        self.start, self.branch = stamp, branch
 
     def at(self, stamp: int, limits: MotionLimits) -> Reference:
         """
-        Return the reference at a stamp and let what is over pass into a stop or standing still.
+        Return the reference at a stamp; what has ended passes into a stop or into holding.
 
         Parameters
         ----------
         stamp : int
-            Not before the last one asked for [ns].
+            Not before the stamp of the last call [ns].
         limits : MotionLimits
             For the stop.
 
         Returns
         -------
         Reference
-            Continuous in position and velocity but where an experiment asks for a jump.
+            Continuous in position and velocity except where an experiment has a jump.
 
         """
-        motion = self.motion
-        while stamp - self.start > motion.duration and not isinstance(motion, Hold):
-            end = motion.at(motion.duration)
-            self.start += motion.duration
-            motion = smooth_stop(end, limits) if end.qd.any() else Hold(end.q)
-            self.motion = motion
-        return motion.at(stamp - self.start)
+        trajectory = self.trajectory
+        while stamp - self.start > trajectory.duration and not isinstance(trajectory, Hold):
+            end = trajectory.at(trajectory.duration)
+            self.start += trajectory.duration
+            trajectory = smooth_stop(end, limits) if end.qd.any() else Hold(end.q)
+            self.trajectory = trajectory
+        return trajectory.at(stamp - self.start)

@@ -1,4 +1,4 @@
-"""Experiments of ``config/experiments`` as motions of a given arm."""
+"""Experiments of ``config/experiments`` as trajectories of a given arm."""
 
 from typing import NamedTuple
 
@@ -21,14 +21,14 @@ from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference
 
-#: Grid points beyond which no table is made [count]; the formulas are then asked every time.
+#: Largest number of grid points of a table [count]; a longer experiment has a coarser grid.
 _LARGEST_TABLE = 500_000
 
 
 class ExperimentTrajectory(NamedTuple):
     """An experiment ready to run."""
 
-    motion: Trajectory
+    trajectory: Trajectory
     """The reference along time."""
     branch: Branch | None
     """The inverse-kinematics branch followed; None for motions given in joints."""
@@ -73,7 +73,7 @@ def experiment_trajectory(
     Parameters
     ----------
     spec : Experiment
-        What is asked.
+        The experiment.
     arm : ArmParameters
         The controller's arm: poses are its forward kinematics, joints its inverse kinematics.
     control_rate : int
@@ -84,7 +84,7 @@ def experiment_trajectory(
 
     Returns
     -------
-    ExperimentMotion
+    ExperimentTrajectory
         The motion and its branch.
 
     Raises

@@ -1,16 +1,16 @@
-"""Trajectory goals that somebody waits for: one at a time, watched until its verdict."""
+"""Trajectory goals of the action: one at a time, watched until its verdict."""
 
 import numpy as np
 
 from ur5_ros.control.tolerances import ResultCode, Tolerances, Verdict, judge
 
-#: Verdicts kept for those who ask late [count].
+#: Verdicts that are kept [count].
 _KEPT = 16
 
 
 class GoalWatch:
     """
-    The goal that is on and the verdicts on those before it.
+    The active goal and the verdicts on those before it.
 
     Parameters
     ----------
@@ -28,17 +28,17 @@ class GoalWatch:
 
     @property
     def active(self) -> bool:
-        """Tell whether a goal is on."""
+        """Whether a goal is active."""
         return self._tolerances is not None
 
-    def begin(self, tolerances: Tolerances, end: int) -> int:
+    def start(self, tolerances: Tolerances, end: int) -> int:
         """
         Watch a new goal.
 
         Parameters
         ----------
         tolerances : Tolerances
-            What holds for it.
+            Its tolerances.
         end : int
             Stamp at which its trajectory ends [ns].
 
@@ -52,7 +52,7 @@ class GoalWatch:
         self._tolerances, self._end = tolerances, end
         return self._number
 
-    def look(self, error: np.ndarray, stamp: int) -> Verdict | None:
+    def update(self, error: np.ndarray, stamp: int) -> Verdict | None:
         """
         Judge the goal at a state.
 
@@ -77,7 +77,7 @@ class GoalWatch:
         return verdict
 
     def end(self, verdict: Verdict) -> None:
-        """End the goal that is on, if any, with a verdict."""
+        """End the active goal, if any, with a verdict."""
         if self._tolerances is None:
             return
         self._tolerances = None
@@ -85,9 +85,9 @@ class GoalWatch:
         self._verdicts.pop(self._number - _KEPT, None)
 
     def preempt(self, by: str) -> None:
-        """End the goal that is on, if any, since something else has begun."""
+        """End the active goal, if any, because another request replaces it."""
         self.end(Verdict(ResultCode.INVALID_GOAL, f'preempted by {by}'))
 
     def verdict(self, number: int) -> Verdict | None:
-        """Return how a goal ended; None while it is on."""
+        """Return how a goal ended; None while it is active."""
         return self._verdicts.get(number)

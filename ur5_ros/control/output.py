@@ -1,4 +1,4 @@
-"""The answer to a state, and the controller's condition in words and numbers."""
+"""The output of the controller for a state, and its status in words and numbers."""
 
 from typing import Any, NamedTuple
 
@@ -17,14 +17,14 @@ STOPPED = 'stopped by a limit'
 
 
 class ControlOutput(NamedTuple):
-    """The answer to one state."""
+    """The output for one state."""
 
     stamp: int
     """Stamp of the state answered [ns]."""
     parts: np.ndarray
-    """What to send and its parts, rows as :class:`ur5_ros.signals.Torque` names them, (5, 6)."""
+    """The command and its parts, rows as :class:`ur5_ros.signals.Torque` names them, (5, 6)."""
     reference: Reference
-    """What the arm should have done at this stamp."""
+    """The reference at this stamp."""
     status: str
     """The state of the controller in words."""
     limited: str
@@ -32,27 +32,27 @@ class ControlOutput(NamedTuple):
 
     @property
     def torque(self) -> Torque:
-        """What to send, and its parts, by name [N m]."""
+        """The command and its parts, by name [N m]."""
         return Torque(*self.parts)
 
 
 def describe(
-    answer: ControlOutput | None,
+    output: ControlOutput | None,
     state: ArmState | None,
-    timeline: TrajectoryExecutor,
+    executor: TrajectoryExecutor,
     arm: ArmParameters,
 ) -> dict[str, Any]:
     """
-    Return the numbers that belong to the state answered last.
+    Return the numbers of the last output.
 
     Parameters
     ----------
-    answer : Answer or None
+    output : ControlOutput or None
         None before the first state.
     state : ArmState or None
-        The last state believed.
-    timeline : Timeline
-        The motion that is on.
+        The last accepted state.
+    executor : TrajectoryExecutor
+        The active trajectory.
     arm : ArmParameters
         The law's arm.
 
@@ -64,17 +64,17 @@ def describe(
         of the motion [s], limits that act.
 
     """
-    if answer is None or state is None:
+    if output is None or state is None:
         return {'stamp': 0}
-    branch = timeline.branch
-    left = timeline.start + timeline.motion.duration - answer.stamp
+    branch = executor.branch
+    left = executor.start + executor.trajectory.duration - output.stamp
     return {
-        'stamp': answer.stamp,
+        'stamp': output.stamp,
         'ik_branch': '' if branch is None else branch.name,
         'ik_candidates': 0 if branch is None else branch.candidates,
         'ik_singularity_distance': 1.0 if branch is None else branch.singularity,
         'singularity_distance': float(singularity_distance(state.q, arm)),
-        'largest_error': float(np.abs(state.q - answer.reference.q).max()),
+        'largest_error': float(np.abs(state.q - output.reference.q).max()),
         'seconds_left': max(0, left) / 1e9,
-        'torque_limited': answer.limited,
+        'torque_limited': output.limited,
     }

@@ -1,4 +1,4 @@
-"""From what a user asks for to the motion that does it, or the reason why not."""
+"""From a request to its trajectory, or the reason why there is none."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -21,9 +21,9 @@ _LONGEST_PATH = 500_000
 
 
 class Plan(NamedTuple):
-    """A motion about to begin, and how it was chosen."""
+    """A trajectory to execute, and how it was chosen."""
 
-    motion: Trajectory
+    trajectory: Trajectory
     """Time 0 = the state answered last."""
     branch: Branch | None = None
     """Inverse-kinematics branch, where one was chosen."""
@@ -75,7 +75,7 @@ def plan_pose(settings: Settings, start: Reference, pose: np.ndarray, frame: str
     start : Reference
         Where it takes over.
     pose : numpy.ndarray, shape (4, 4)
-        Wanted pose.
+        Desired pose.
     frame : str
         ``base`` or ``base_link``.
 
@@ -216,7 +216,7 @@ def plan_experiment(
         Arm and limits.
     start : Reference
         Where it takes over.
-    experiment : ExperimentMotion or None
+    experiment : ExperimentTrajectory or None
         The experiment made ready at the start.
 
     Returns
@@ -232,9 +232,9 @@ def plan_experiment(
     """
     if experiment is None:
         raise InputError('no experiment is set; start the node with the parameter experiment')
-    begin = experiment.motion.at(0)
+    begin = experiment.trajectory.at(0)
     approach = point_to_point(start, begin.q, settings.motion_limits, settings.arm, begin.qd)
-    return Plan(TrajectorySequence(approach, experiment.motion, settings.control_rate),
+    return Plan(TrajectorySequence(approach, experiment.trajectory, settings.control_rate),
                 experiment.branch)
 
 

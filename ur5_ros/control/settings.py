@@ -18,7 +18,7 @@ from ur5_ros.signals import JOINT_NAMES
 
 #: Tables of motions are made for this many control periods a second where none is given [Hz]; the
 #: periods of 500, 250, 200, 125, 100 Hz lie on the same grid.
-USUAL_RATE = 1000
+DEFAULT_RATE = 1000
 
 
 class Settings(NamedTuple):
@@ -81,7 +81,7 @@ def settings_from(
     """
     gains = gains_from(parameters.kp, parameters.kd)
     mode = parameters.mode
-    rate = control_rate or USUAL_RATE
+    rate = control_rate or DEFAULT_RATE
     check_sampled(mode, gains, arm, rate)
     speed = np.minimum(_six(parameters.max_velocity), arm.limits.velocity)
     return Settings(

@@ -1,4 +1,4 @@
-"""Which states to believe: a clock or an arm that jumps must not move the reference."""
+"""Validation of states: a clock or an arm that jumps must not move the reference."""
 
 from enum import Enum
 
@@ -11,7 +11,7 @@ from ur5_ros.signals import ArmState
 
 #: Simulated time without a state after which motions do not go on [ns].
 CLOCK_GAP = 1_000_000_000
-#: Unbelievable states answered in a row; then no answer, and the robot's own watchdog acts.
+#: Implausible states answered in a row; after that the robot's own watchdog acts.
 LARGEST_RUN = 10
 
 
@@ -27,11 +27,11 @@ class StateStatus(Enum):
 
 
 class StateValidator:
-    """Compares each state with the last one that was believed."""
+    """Compares each state with the last accepted one."""
 
     def __init__(self) -> None:
         self.last: ArmState | None = None
-        """The last state believed."""
+        """The last accepted state."""
         self.sentence = ''
         """Why the last state that did not just follow was special."""
         self._suspect: ArmState | None = None
@@ -39,7 +39,7 @@ class StateValidator:
 
     def take(self, state: ArmState, largest_jump: float) -> StateStatus:
         """
-        Return what a state is, and remember it when it is believed.
+        Return the status of a state; remember the state if it is accepted.
 
         A joint that jumps is not believed; when the next state confirms the new place, the arm
         was moved (a reset of the simulator).
@@ -54,7 +54,7 @@ class StateValidator:
         Returns
         -------
         Arrival
-            All but UNBELIEVED make ``state`` the last believed one.
+            All but UNBELIEVED make ``state`` the last accepted one.
 
         Raises
         ------
@@ -64,8 +64,8 @@ class StateValidator:
 
         """
         last = self.last
-        if not np.abs([state.q, state.qd]).sum() < LARGEST_STATE:  # True for NaN
-            return self._doubt(state, 'the state holds a number not finite or beyond any joint')
+        if not sum(map(abs, [*state.q.tolist(), *state.qd.tolist()])) < LARGEST_STATE:  # or NaN
+            return self._reject(state, 'the state holds a number not finite or beyond any joint')
         if last is None:
             return self.accept(state, StateStatus.FIRST)
         step = state.stamp - last.stamp
@@ -82,22 +82,22 @@ class StateValidator:
         if suspect is not None and np.abs(state.q - suspect.q).max() <= largest_jump:
             return self.accept(state, StateStatus.MOVED)
         joint = int(np.abs(state.q - last.q).argmax())
-        verdict = self._doubt(state, f'joint {joint + 1} jumped by {jump:.4f} rad between two '
+        status = self._reject(state, f'joint {joint + 1} jumped by {jump:.4f} rad between two '
                               f'states; max_state_jump is {largest_jump:g}')
         self._suspect = state
-        return verdict
+        return status
 
     def predecessor(self, stamp: int) -> ArmState | None:
-        """Return the last state believed if a state with this stamp [ns] follows it at once."""
+        """Return the last accepted state if a state with this stamp [ns] follows it at once."""
         last = self.last
         return last if last is not None and 0 <= stamp - last.stamp <= CLOCK_GAP else None
 
-    def accept(self, state: ArmState, verdict: StateStatus) -> StateStatus:
-        """Remember a state as the last one believed; return ``verdict``."""
+    def accept(self, state: ArmState, status: StateStatus) -> StateStatus:
+        """Remember a state as the last accepted one; return ``status``."""
         self.last, self._suspect, self._run = state, None, 0
-        return verdict
+        return status
 
-    def _doubt(self, state: ArmState, sentence: str) -> StateStatus:
+    def _reject(self, state: ArmState, sentence: str) -> StateStatus:
         self.sentence = sentence
         self._run += 1
         if self.last is None or self._run > LARGEST_RUN:

@@ -48,7 +48,7 @@ def plan_autostart(settings: Settings, start: Reference, experiment: ExperimentT
         Arm and limits.
     start : Reference
         Where the arm was measured.
-    experiment : ExperimentMotion
+    experiment : ExperimentTrajectory
         The experiment.
 
     Returns
@@ -62,7 +62,7 @@ def plan_autostart(settings: Settings, start: Reference, experiment: ExperimentT
         If there is no way to its beginning within the limits.
 
     """
-    begin = experiment.motion.at(0).q
+    begin = experiment.trajectory.at(0).q
     if np.abs(start.q - begin).max() <= START_DISTANCE:
-        return Plan(experiment.motion, experiment.branch)
+        return Plan(experiment.trajectory, experiment.branch)
     return plan_experiment(settings, start, experiment)

@@ -1,4 +1,4 @@
-"""What users ask for: names, poses and frames checked, poses turned into joint targets."""
+"""Targets: poses and frames checked, poses turned into joint targets."""
 
 from collections.abc import Sequence
 from math import hypot
@@ -14,7 +14,7 @@ from ur5_ros.signals import JOINT_NAMES
 
 #: How far the norm of a quaternion may be from one: single precision and some.
 QUATERNION_TOLERANCE = 1e-3
-#: No pose lies further away [m].
+#: No pose is further away [m].
 _FAR = 1e6
 #: base_link = base turned by Rz(pi) (REP-103).
 _TURNED = np.diag([-1.0, -1.0, 1.0, 1.0])
@@ -137,12 +137,11 @@ def solve_pose(
     solutions = inverse_kinematics(transform, arm, q_near=near + offset)
     away = (solutions.q - target) / (2.0 * np.pi)
     label = solutions.branch[np.abs(away - np.round(away)).max(axis=1).argmin()]
-    way = np.abs(target - offset - near)
-    if way.max() > max_joint_jump:
-        joint = int(way.argmax())
-        raise InputError(f'{JOINT_NAMES[joint]} would have to turn by {way[joint]:.4f} rad to '
-                         f'the nearest solution; max_joint_jump is {max_joint_jump:g}: go there '
-                         'in '
-                         'steps, or by ~/target_joints')
+    distance = np.abs(target - offset - near)
+    if distance.max() > max_joint_jump:
+        joint = int(distance.argmax())
+        raise InputError(f'{JOINT_NAMES[joint]} would have to turn by '
+                         f'{distance[joint]:.4f} rad to the nearest solution; max_joint_jump is '
+                         f'{max_joint_jump:g}: go there in steps, or by ~/target_joints')
     q = target - offset
     return q, Branch(int(label), len(solutions.q), float(singularity_distance(q, arm)))

@@ -11,7 +11,7 @@ SECOND = 1_000_000_000
 
 
 class Trajectory(Protocol):
-    """A reference along time; asking changes nothing."""
+    """A reference along time; evaluating it changes nothing."""
 
     duration: int
     """Length [ns]."""
@@ -48,7 +48,7 @@ def seconds(time: int, rate: int) -> tuple[float, int | None]:
 
 
 class Hold:
-    """The arm stands at one configuration."""
+    """One configuration, without end."""
 
     def __init__(self, q: np.ndarray):
         self.duration = 0
@@ -61,7 +61,7 @@ class Hold:
 
 
 class Step:
-    """The reference stands, jumps once on purpose, and stands again."""
+    """A configuration, one jump on purpose, and the configuration after it."""
 
     def __init__(self, before: np.ndarray, after: np.ndarray, jump: int, duration: int):
         self.duration = duration

@@ -76,7 +76,7 @@ def _table(experiment: str, arm: str, control_rate: int,
            margin: float) -> tuple[np.ndarray, Reference]:
     """Return stamp and reference of every period of an experiment, from state 1 on."""
     motion = experiment_trajectory(load_experiment(experiment), arm_named(arm), control_rate,
-                                   margin).motion
+                                   margin).trajectory
     first = stamp_of_period(1, control_rate)
     stamps, rows, k = [], [], 1
     while (stamp := stamp_of_period(k, control_rate)) - first <= motion.duration:

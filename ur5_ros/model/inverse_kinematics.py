@@ -72,7 +72,7 @@ def inverse_kinematics(
     T : array_like, shape (4, 4)
         Pose of ``tool0`` in ``base`` [m].
     arm : ArmParameters
-        The arm; its limits are not looked at.
+        The arm; its limits are not used.
     q6 : float, optional
         Angle of joint 6 where it is free [rad].
     q_near : array_like, shape (6,), optional
@@ -125,7 +125,7 @@ def inverse_kinematics_batch(
     T : array_like, shape (..., 4, 4)
         Poses of ``tool0`` in ``base`` [m].
     arm : ArmParameters
-        The arm; its limits are not looked at.
+        The arm; its limits are not used.
     q6 : float or array_like, shape (...,)
         Angle of joint 6 where it is free [rad].
 

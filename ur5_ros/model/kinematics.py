@@ -175,7 +175,7 @@ def singularity_factors(
         Wrist (axes 4 and 6 parallel) and elbow (outstretched or folded).
     x5 : numpy.ndarray, shape (...)
         Shoulder: a2 c2 + a3 c23 + d5 s234 [m], how far outwards the origin of frame 5 lies from
-        axis 1; its sign tells left (negative) from right.
+        axis 1; its sign is negative for left, positive for right.
 
     Raises
     ------

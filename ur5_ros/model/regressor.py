@@ -19,14 +19,14 @@ LINK_PARAMETERS = ('m', 'mcx', 'mcy', 'mcz', 'Ixx', 'Ixy', 'Iyy', 'Ixz', 'Iyz', 
 
 
 class BaseParameters(NamedTuple):
-    """Combinations of the 60 inertial parameters that motion and torque can tell."""
+    """Combinations of the 60 inertial parameters that motion and torque determine."""
 
     columns: np.ndarray
     """Columns of Y that are independent, shape (b,)."""
     combination: np.ndarray
     """Base parameters = combination @ pi, shape (b, 60); Y[..., columns] @ them is the torque."""
     condition: float
-    """Condition number of Y[..., columns], columns scaled, over the states looked at."""
+    """Condition number of Y[..., columns], columns scaled, over the states used."""
 
 
 def inertial_parameters(arm: ArmParameters) -> np.ndarray:
@@ -128,7 +128,7 @@ def base_parameters(arm: ArmParameters, states: int = 400) -> BaseParameters:
     arm : ArmParameters
         Geometry and gravity; masses do not enter.
     states : int
-        How many states to look at.
+        Number of states.
 
     Returns
     -------

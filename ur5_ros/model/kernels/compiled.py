@@ -15,7 +15,7 @@ from numba.core.caching import FunctionCache
 try:
     from numba.core.runtime import rtsys
 except ImportError:  # not public: it may go
-    rtsys = None
+    rtsys = None  # type: ignore[assignment]
 
 from ur5_ros.model.kernels.compile_notice import announce
 
@@ -192,7 +192,7 @@ def limit_threads(number: int) -> None:
     Parameters
     ----------
     number : int
-        Threads; 0 = as many as there are processors, which is how it begins.
+        Threads; 0 = as many as there are processors, the default.
 
     """
     global _most_threads

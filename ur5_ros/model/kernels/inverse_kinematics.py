@@ -1,5 +1,5 @@
 """
-Kernels of the inverse kinematics: all branches of a pose, and the nearest along a path.
+Kernels of the inverse kinematics: all branches of a pose.
 
 Slots 0 to 7 are 4 shoulder + 2 elbow + wrist; the signs behind them are those of the three factors
 of det J, so that a branch ends nowhere but at a singularity.
@@ -24,7 +24,7 @@ ALMOST_STRAIGHT = 1e-5
 #: So near to axis 1 the side may be chosen: the pose moves by its square [m].
 ABOVE_AXIS = 5e-6
 
-# Codes of a single pose: bits 0 to 7 say which slots are filled, the others what was met.
+# Codes of a single pose: bits 0 to 7 are the slots with a solution, the others what is special.
 SINGULAR, NOT_RIGID, BAD_SHAPE = 256, 512, 1024
 
 
@@ -173,7 +173,7 @@ def branches(t, r, q6_free, k, q, at):
 
 @kernel(R2, R1, R1, W2, B1)
 def solve(t, q6, k, q, valid):
-    """All solutions of every pose; of a single one the code tells which, else ``valid``."""
+    """All solutions of every pose; a single one has its slots in the code, many in ``valid``."""
     n = q.shape[0] // 8
     if t.shape[0] != 4 * n or t.shape[1] != 4:
         return BAD_SHAPE

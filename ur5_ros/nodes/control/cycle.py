@@ -8,7 +8,7 @@ from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.diagnostics import ERROR, OK, STALE, WARN
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.controller import Controller, ControlOutput
-from ur5_ros.control.settings import USUAL_RATE
+from ur5_ros.control.settings import DEFAULT_RATE
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.rotations import position_and_quaternion
@@ -59,7 +59,7 @@ class ControlCycle:
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
         self._rate: int | None = None
-        self._planned_rate = USUAL_RATE
+        self._planned_rate = DEFAULT_RATE
         rate = parameters.monitor_rate
         self._monitor_period = round(1e9 / rate) if rate else 0
         self._monitored = -1
