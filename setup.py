@@ -65,6 +65,7 @@ setup(
     extras_require={
         # rclpy and the messages from PyPI, for a machine without a ROS 2 installation
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
+        'identify': ['clarabel>=0.10', 'cvxpy-base>=1.6'],
         'symbolic': ['sympy>=1.12'],
         'sweep': ['dask[distributed]>=2024.8', 'polars>=1'],
         'view': ['viser>=1.1', 'imageio-ffmpeg>=0.5', 'pillow>=10'],

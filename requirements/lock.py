@@ -11,8 +11,8 @@ HERE = Path(__file__).resolve().parent
 # colcon-core refuses newer setuptools
 ALWAYS = ['setuptools<80', 'pip']
 EXTRAS = {
-    'runtime': 'ros,view',
-    'all': 'ros,view,symbolic,sweep,bench,test,docs',
+    'runtime': 'ros,view,identify',
+    'all': 'ros,view,identify,symbolic,sweep,bench,test,docs',
 }
 HEADER = """\
 # Locked by requirements/lock.py (make lock) for Linux x86-64, CPython 3.11.

@@ -43,7 +43,7 @@ class SampleBlocks(NamedTuple):
     exact: bool = False
     """Whether one period is one step of the plant, so that a true cause fits to rounding."""
 
-    def rows(self, rows: slice) -> 'SampleBlocks':
+    def rows(self, rows: slice | np.ndarray) -> 'SampleBlocks':
         """Return some of the blocks."""
         return self._replace(**{name: getattr(self, name)[rows]
                                 for name in self._fields if name != 'exact'})

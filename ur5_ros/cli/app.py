@@ -163,17 +163,22 @@ def import_(
 
 @app.command()
 def identify(
-    runs: Annotated[list[Path], typer.Argument(metavar='RUN...', show_default=False)],
+    runs: Annotated[list[Path] | None, typer.Argument(
+        metavar='RUN...', help='Runs to fit; none with --payload and --arm alone.',
+        show_default=False)] = None,
     out: Annotated[Path | None, typer.Option(
         '-o', '--out', metavar='FILE', help='Arm file to write.')] = None,
     test: Annotated[Path | None, typer.Option(
         '--test', metavar='RUN', help='Run to test the result on.')] = None,
+    payload: Annotated[Path | None, typer.Option(
+        '--payload', metavar='RUN', help='Run with a load at the tool: its mass and centre.',
+    )] = None,
     arm: ArmName = None,
     json: Json = None,
 ) -> int:
     """Fit inertial and friction parameters, with errors."""
     from ur5_ros.cli import identification
-    return identification.identify(runs, out, test, arm, json)
+    return identification.identify(runs or [], out, test, payload, arm, json)
 
 
 @app.command()

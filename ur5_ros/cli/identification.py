@@ -6,26 +6,31 @@ from rich.table import Table
 from rich.text import Text
 
 from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.arm_file import write_arm
-from ur5_ros.analysis.identification.identify import Identified
+from ur5_ros.analysis.identification.identify import Identified, identify_payload
 from ur5_ros.analysis.identification.identify import identify as fit
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
+from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 
 
-def identify(runs: list[Path], out: Path | None, test: Path | None, arm: str | None,
-             json: Path | None) -> int:
+def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Path | None,
+             arm: str | None, json: Path | None) -> int:
     """Fit the parameters of an arm; see ``ur5 identify --help``."""
     if out is not None and out.exists():
         raise InputError(f'{out} exists; give another file, or remove it')
     start = load_arm(arm) if arm is not None else None
+    loaded = load_run(payload) if payload is not None else None
+    if not runs:
+        return _payload_alone(loaded, start, json)
     tried = load_run(test) if test is not None else None
     found = fit([load_run(run) for run in runs], start, tried,
-                name=out.stem if out is not None else 'identified')
+                name=out.stem if out is not None else 'identified', payload=loaded)
     _show(found)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -33,6 +38,18 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, arm: str | N
         print(f'written: {out}')
     if json is not None:
         write_json(found.to_plain(), json)
+        print(f'written: {json}')
+    return YES
+
+
+def _payload_alone(loaded: Run | None, arm: ArmParameters | None, json: Path | None) -> int:
+    if loaded is None:
+        raise InputError('no run given; give one or more, or --payload RUN')
+    found = identify_payload(loaded, arm)
+    terminal.console().print(Text(found.sentence()), soft_wrap=True)
+    if json is not None:
+        write_json({'format': 'ur5_ros identification', 'version': 1,
+                    'payload': found.to_plain()}, json)
         print(f'written: {json}')
     return YES
 

@@ -44,10 +44,32 @@ def inertial_parameters(arm: ArmParameters) -> np.ndarray:
         In kg, kg m and kg m^2, ten numbers a link.
 
     """
+    return link_parameters(*arm.bodies)
+
+
+def link_parameters(mass: np.ndarray, com: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+    """
+    Return pi of bodies.
+
+    Parameters
+    ----------
+    mass : numpy.ndarray, shape (6,)
+        Masses [kg].
+    com : numpy.ndarray, shape (6, 3)
+        Centres of mass in the link frames [m].
+    inertia : numpy.ndarray, shape (6, 3, 3)
+        Tensors about the centres of mass [kg m^2].
+
+    Returns
+    -------
+    numpy.ndarray, shape (60,)
+        In kg, kg m and kg m^2, ten numbers a link.
+
+    """
     numbers = []
-    for mass, com, tensor in zip(*arm.bodies, strict=True):
-        about_origin = tensor + mass * (np.dot(com, com) * np.eye(3) - np.outer(com, com))
-        numbers += [mass, *(mass * com), *about_origin[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]]
+    for m, c, tensor in zip(mass, com, inertia, strict=True):
+        about_origin = tensor + m * (np.dot(c, c) * np.eye(3) - np.outer(c, c))
+        numbers += [m, *(m * c), *about_origin[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]]
     return np.array(numbers)
 
 

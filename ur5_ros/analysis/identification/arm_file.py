@@ -34,8 +34,10 @@ def write_arm(found: Identified, path: Path | str) -> None:
 def arm_yaml(found: Identified) -> str:
     """Return an identified arm as the YAML text of an arm file; friction stands in comments."""
     arm = found.arm
-    source = (f'identified by least squares; torque error on {found.test_run}: '
-              + ', '.join(f'{value:.2g}' for value in found.test_rms) + ' N m RMS a joint')
+    source = (f'identified by least squares and the nearest physical arm; torque error on '
+              f'{found.test_run}: '
+              + ', '.join(f'{value:.2g}' if np.isfinite(value) else '-'
+                          for value in found.test_rms) + ' N m RMS a joint')
     quoted = json.dumps(source)
     lines = [
         f'name: {json.dumps(arm.name)}',
@@ -69,4 +71,5 @@ def arm_yaml(found: Identified) -> str:
 
 
 def _numbers(values) -> str:
-    return '[' + ', '.join(repr(float(value)) for value in values) + ']'
+    return '[' + ', '.join(repr(float(value)) if np.isfinite(value) else 'null'
+                           for value in values) + ']'

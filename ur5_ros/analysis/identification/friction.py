@@ -1,109 +1,126 @@
-"""Friction from motor currents: motor torque beyond the torque of the motion."""
+"""Families of friction, linear in their parameters, and which of them held-out motion confirms."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.data.run import Run
-from ur5_ros.signals import JOINT_NAMES
+#: Stribeck speeds that are tried [rad/s].
+STRIBECK_SPEEDS = (0.02, 0.05, 0.1, 0.2)
 
-#: Speed below which dry friction has no direction [rad/s], and length of a block [s].
-MOVING, BLOCK = 0.01, 1.0
+#: Features of friction by their place, each a torque or current per unit of its parameter.
+FEATURES = ('viscous', 'Coulomb', 'asymmetric', 'viscous cubic', 'load-dependent',
+            *(f'Stribeck {speed:g} rad/s' for speed in STRIBECK_SPEEDS))
 
+#: What every family with friction has: the first two features.
+LINEAR = 2
 
-class MotorFriction(NamedTuple):
-    """Per joint: how a current becomes torque, and what friction takes of it."""
-
-    drive: np.ndarray
-    """Joint torque of a current [N m/A], shape (6,); NaN where it is not determined."""
-    drive_error: np.ndarray
-    viscous: np.ndarray
-    """[N m s/rad]."""
-    viscous_error: np.ndarray
-    coulomb: np.ndarray
-    """[N m]."""
-    coulomb_error: np.ndarray
-    test_run: str
-    without: np.ndarray
-    """RMS of drive x current - target torque on the test run [N m]; the drive fitted alone."""
-    with_: np.ndarray
-    """The same with friction taken off [N m]."""
-
-    def to_plain(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {'test_run': self.test_run, 'joints': {
-            name: {field: float(getattr(self, field)[i]) for field in self._fields
-                   if field != 'test_run'} for i, name in enumerate(JOINT_NAMES)}}
-
-    def sentences(self) -> list[str]:
-        """Return the outcome in words."""
-        words = ['from motor currents, joints 1 to 6: viscous friction '
-                 + ', '.join(f'{v:.3g} +- {e:.1g}' for v, e in
-                             zip(self.viscous, self.viscous_error, strict=True))
-                 + ' N m s/rad, Coulomb friction '
-                 + ', '.join(f'{v:.3g} +- {e:.1g}' for v, e in
-                             zip(self.coulomb, self.coulomb_error, strict=True)) + ' N m']
-        listed = ', '.join(f'{a:.3g} to {b:.3g}' for a, b in
-                           zip(self.without, self.with_, strict=True))
-        words.append(f'with it the torque error from currents on {self.test_run} goes from '
-                     f'{listed} N m RMS')
-        for name, a, b in zip(JOINT_NAMES, self.without, self.with_, strict=True):
-            if b > a:
-                words.append(f'not on {name}: there its friction in the test run is another '
-                             '(speed, load and temperature change it)')
-        return words
+#: Parts into which a recording is cut, each predicted from the others, and by how much the error
+#: must shrink, squared, for friction at all and for each further parameter.
+FOLDS, FIRST_GAIN, GAIN = 5, 0.2, 0.05
 
 
-def motor_friction(runs: Sequence[Run], test: Run | None = None) -> MotorFriction | None:
+class Family(NamedTuple):
+    """The features that friction of a joint takes."""
+
+    features: tuple[int, ...]
+    """Places in :data:`FEATURES`; empty where there is no friction."""
+    held_out: float
+    """Error on parts left out of the fit, root mean square."""
+    held_out_linear: float
+    """The same of viscous and Coulomb friction alone."""
+    held_out_none: float
+    """The same without friction."""
+
+    @property
+    def name(self) -> str:
+        """Return what the family is called."""
+        if not self.features:
+            return 'none'
+        more = [FEATURES[i] for i in self.features if i >= LINEAR]
+        return ', '.join(['viscous and Coulomb', *more])
+
+
+def friction_features(speed: np.ndarray, direction: np.ndarray, load: np.ndarray) -> np.ndarray:
     """
-    Fit current = (torque + viscous qd + Coulomb sign(qd)) / drive, joint by joint.
+    Return the features of friction, shape (n, 6, 9).
 
-    The result is tried on ``test``, by default the last run fitted; None where no currents are
-    recorded.
+    Parameters
+    ----------
+    speed, direction, load : numpy.ndarray, shape (n, 6)
+        Speed [rad/s], direction of dry friction (-1 to 1), torque that the joint carries at rest
+        [N m].
 
     """
-    runs = [run for run in runs if run.current is not None]
-    if not runs or (test is not None and test.current is None):
-        return None
-    test = test or runs[-1]
-    number = np.full((8, 6), np.nan)
-    for joint in range(6):
-        x, y, block = (np.concatenate(parts) for parts in zip(
-            *(_rows(run, joint, i) for i, run in enumerate(runs)), strict=True))
-        if len(y) < 100 or np.linalg.matrix_rank(x) < 3:
-            continue
-        value, covariance = _fit(x, y, block)
-        plain, _ = _fit(x[:, :1], y, block)
-        drive = 1.0 / value[0]
-        number[0, joint], number[1, joint] = drive, drive**2 * np.sqrt(covariance[0, 0])
-        for row, i in ((2, 1), (4, 2)):
-            friction = value[i] * drive
-            slope = np.array([-friction, 1.0]) * drive  # of friction in (value[0], value[i])
-            part = covariance[np.ix_([0, i], [0, i])]
-            number[row, joint] = friction
-            number[row + 1, joint] = np.sqrt(slope @ part @ slope)
-        x, y, _ = _rows(test, joint, 0)
-        number[6, joint] = np.sqrt(np.mean((y / plain[0] - x[:, 0])**2))
-        number[7, joint] = np.sqrt(np.mean((drive * y - x @ (drive * value))**2))
-    drive, drive_error, viscous, viscous_error, coulomb, coulomb_error, without, left = number
-    return MotorFriction(drive, drive_error, viscous, viscous_error, coulomb, coulomb_error,
-                         test.name, without, left)
+    return np.stack([
+        speed, direction, np.ones_like(speed), speed**3, direction * np.abs(load),
+        *(direction * np.exp(-(speed / each)**2) for each in STRIBECK_SPEEDS)], axis=-1)
 
 
-def _rows(run: Run, joint: int, which: int):
-    torque, qd = run.states.effort[:, joint], run.states.qd[:, joint]
-    current = run.required_current[:, joint]
-    use = np.isfinite(torque) & np.isfinite(current) & (np.abs(qd) > MOVING)
-    x = np.column_stack([torque, qd, np.sign(qd)])[use]
-    return x, current[use], (run.t[use] // BLOCK).astype(int) + 1_000_000 * which
+def choose_family(features: np.ndarray, others: np.ndarray, y: np.ndarray,
+                  fold: np.ndarray) -> Family:
+    """
+    Return the family that predicts parts of a recording left out of its fit best.
+
+    Parameters are added one by one, as long as the error left out shrinks by :data:`GAIN`; at most
+    one Stribeck speed.
+
+    Parameters
+    ----------
+    features : numpy.ndarray, shape (n, 9)
+        Of one joint.
+    others : numpy.ndarray, shape (n, p)
+        Columns that every family has beside friction; p may be zero.
+    y : numpy.ndarray, shape (n,)
+        What is to be explained.
+    fold : numpy.ndarray, shape (n,)
+        Part that each row belongs to, from :func:`folds_of`.
+
+    """
+    x = np.column_stack([others, features])
+    grams = [_gram(x[fold == each], y[fold == each]) for each in np.unique(fold)]
+    fixed = tuple(range(others.shape[1]))
+
+    def error(chosen: Sequence[int]) -> float:
+        return _held_out(grams, (*fixed, *(others.shape[1] + i for i in chosen)))
+
+    none, linear = error(()), error(range(LINEAR))
+    if linear > (1.0 - FIRST_GAIN) * none:
+        return Family((), *np.sqrt([none, linear, none]))
+    chosen: tuple[int, ...] = tuple(range(LINEAR))
+    best = linear
+    while True:
+        trials = {i: error((*chosen, i)) for i in _further(chosen)}
+        i = min(trials, key=trials.__getitem__, default=-1)
+        if i < 0 or trials[i] > (1.0 - GAIN) * best:
+            return Family(tuple(sorted(chosen)), *np.sqrt([best, linear, none]))
+        chosen, best = (*chosen, i), trials[i]
 
 
-def _fit(x: np.ndarray, y: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return least squares and its covariance, errors taken as dependent within blocks."""
-    bread = np.linalg.inv(x.T @ x)
-    value = bread @ (x.T @ y)
-    scores = x * (y - x @ value)[:, None]
-    sums = np.zeros((len(np.unique(block)), x.shape[1]))
-    np.add.at(sums, np.unique(block, return_inverse=True)[1], scores)
-    return value, bread @ (sums.T @ sums) @ bread
+def folds_of(block: np.ndarray) -> np.ndarray:
+    """Return the part of each row, neighbouring blocks together, shape as ``block``."""
+    return block * FOLDS // (block.max() + 1)
+
+
+def _further(chosen: Sequence[int]) -> list[int]:
+    first = FEATURES.index(f'Stribeck {STRIBECK_SPEEDS[0]:g} rad/s')
+    stribeck = any(i >= first for i in chosen)
+    return [i for i in range(LINEAR, len(FEATURES))
+            if i not in chosen and not (stribeck and i >= first)]
+
+
+def _gram(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, int]:
+    return x.T @ x, x.T @ y, float(y @ y), len(y)
+
+
+def _held_out(grams, columns: Sequence[int]) -> float:
+    """Return the mean square error of each part, predicted from the others."""
+    pick = np.array(columns, dtype=int)
+    total = sum(g[0] for g in grams), sum(g[1] for g in grams)
+    wrong = count = 0.0
+    for gram, along, square, n in grams:
+        value = np.linalg.lstsq((total[0] - gram)[np.ix_(pick, pick)],
+                                (total[1] - along)[pick], rcond=1e-12)[0]
+        wrong += square - 2.0 * value @ along[pick] + value @ gram[np.ix_(pick, pick)] @ value
+        count += n
+    return max(wrong, 0.0) / max(count, 1.0)

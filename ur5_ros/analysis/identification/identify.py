@@ -1,101 +1,77 @@
 """Identification: inertial parameters and friction from recorded torques, with errors."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.identification.friction import MotorFriction, motor_friction
+from ur5_ros.analysis.identification.base_parameters import (
+    BaseParameters,
+    all_parameters,
+    base_of,
+    typical_sizes,
+)
+from ur5_ros.analysis.identification.friction import (
+    FEATURES,
+    LINEAR,
+    Family,
+    choose_family,
+    folds_of,
+    friction_features,
+)
 from ur5_ros.analysis.identification.inertia import physical, with_parameters
-from ur5_ros.analysis.residual_blocks import SLOW, SampleBlocks, sample_blocks
-from ur5_ros.analysis.result import plain
+from ur5_ros.analysis.identification.least_squares import Estimate, blocks_of, least_squares
+from ur5_ros.analysis.identification.motors import Motors, motors_from
+from ur5_ros.analysis.identification.payload import PayloadEstimate, payload_from
+from ur5_ros.analysis.identification.result import Identified, Prediction
+from ur5_ros.analysis.identification.rows import Rows, of_three, rows_of
+from ur5_ros.analysis.identification.simulation_gate import simulate
 from ur5_ros.errors import InputError
-from ur5_ros.model.dynamics import inverse_dynamics
+from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.model.regressor import LINK_PARAMETERS, dynamics_regressor, inertial_parameters
 from ur5_ros.signals import JOINT_NAMES
 
-#: Blocks taken of one run.
-BLOCKS = 1200
+__all__ = ['Identified', 'base_of', 'identify', 'identify_payload']
 
-#: Speed that a joint must keep for its dry friction to count [rad/s].
-MOVING = 0.01
+#: Share of the base parameters that a motion must determine.
+LEAST = 0.5
 
-#: Names of the 66 parameters: ten a link, then the rotors.
-NAMES = tuple(f'{name}{i}' for i in range(1, 7) for name in LINK_PARAMETERS) + tuple(
-    f'rotor{i}' for i in range(1, 7))
+#: Viscous and Coulomb friction, of which a fit begins.
+_BOTH = tuple(range(LINEAR))
 
 
-class Identified(NamedTuple):
-    """The parameters of an arm found from runs."""
+class _Fit(NamedTuple):
+    """A fit, and which features of friction its last columns are: (joint, feature)."""
 
-    arm: ArmParameters
-    """Physical parameters that predict the same torques."""
-    base: dict[str, tuple[float, float]]
-    """Base parameter -> value and standard error; dependent ones are folded into them."""
-    viscous: np.ndarray
-    """Viscous friction [N m s/rad], shape (6,)."""
-    viscous_error: np.ndarray
-    coulomb: np.ndarray
-    """Coulomb friction [N m], shape (6,)."""
-    coulomb_error: np.ndarray
-    condition: float
-    """Condition number of the scaled regressor."""
-    moved: float
-    """Distance of the physical parameters from the fit, in its standard errors; 0 = on it."""
-    torque_rms: np.ndarray
-    """Torque of the test run, root mean square [N m], shape (6,)."""
-    test_rms: np.ndarray
-    """Error of the predicted torque on it, root mean square [N m], shape (6,)."""
-    test_max: np.ndarray
-    """Largest error [N m], shape (6,)."""
-    test_run: str
-    """Name of the test run."""
-    motors: MotorFriction | None
-    """Friction from motor currents, where they are recorded."""
+    estimate: Estimate
+    friction: tuple[tuple[int, int], ...]
 
-    def to_plain(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return plain({
-            'format': 'ur5_ros identification', 'version': 1, 'arm': self.arm.name,
-            'base_parameters': {name: {'value': value, 'error': error}
-                                for name, (value, error) in self.base.items()},
-            'viscous_friction': _joints(self.viscous, self.viscous_error),
-            'coulomb_friction': _joints(self.coulomb, self.coulomb_error),
-            'condition': self.condition, 'moved_sigma': self.moved,
-            'test': {'run': self.test_run, 'torque_rms': self.torque_rms.tolist(),
-                     'error_rms': self.test_rms.tolist(), 'error_max': self.test_max.tolist()},
-            'motors': self.motors.to_plain() if self.motors else None,
-        })
 
-    def sentences(self) -> list[str]:
-        """Return the outcome in words."""
-        words = [f'{len(self.base)} base parameters, condition number {self.condition:.3g}',
-                 f'torque predicted on {self.test_run} within '
-                 + ', '.join(f'{value:.2g}' for value in self.test_rms) + ' N m RMS a joint, of '
-                 + ', '.join(f'{value:.3g}' for value in self.torque_rms) + ' N m']
-        for what, unit, value, error in (
-                ('viscous friction', 'N m s/rad', self.viscous, self.viscous_error),
-                ('Coulomb friction', 'N m', self.coulomb, self.coulomb_error)):
-            listed = ', '.join(f'{v:.3g} +- {e:.1g}' for v, e in zip(value, error, strict=True))
-            words.append(f'{what} in the torque, joints 1 to 6: {listed} {unit}')
-        if self.moved > 3.0 and self.test_rms.max() > 1e-3 * self.torque_rms.max():
-            words.append(f'the fit is no physical arm; the nearest is {self.moved:.2g} standard '
-                         'errors away: record a run that excites the joints more')
-        return words + (self.motors.sentences() if self.motors else [])
+class _Solution(NamedTuple):
+    """What windows say: the linear fit, the best one and the physical parameters."""
+
+    linear: _Fit
+    best: _Fit
+    families: tuple[Family, ...]
+    determined: np.ndarray
+    """Which base parameters the motion determines, shape (b,)."""
+    x: np.ndarray
+    """Physical parameters, shape (66,)."""
+    block: np.ndarray
+    features: np.ndarray
 
 
 def identify(
     runs: Sequence[Run], arm: ArmParameters | None = None, test: Run | None = None,
-    name: str = 'identified',
+    name: str = 'identified', payload: Run | None = None,
 ) -> Identified:
     """
-    Fit base parameters, rotor inertia and friction to the torques of runs, by least squares.
+    Fit base parameters, rotor inertia and friction to the torques of runs, then a physical arm.
 
-    The motion is averaged over blocks, in which encoder noise of the rates cancels but for its
-    ends. Each joint is weighed by what it leaves unexplained in a first pass. Standard errors are
-    taken over blocks.
+    Base parameters by weighted least squares on the measured states, with standard errors; the
+    family of friction by its error on parts left out; then the physical arm nearest to the fit
+    and to the arm that is there.
 
     Parameters
     ----------
@@ -104,166 +80,240 @@ def identify(
     arm : ArmParameters, optional
         Geometry, gravity and limits, and where to begin; the first run's by default.
     test : Run, optional
-        Another recording to predict; by default the last fifth of the first run, which is then
-        kept out of the fit.
+        Another recording to predict; by default the last fifth of the first run is predicted
+        from a fit without it, and the result is the fit of everything.
     name : str
         Name of the new arm.
+    payload : Run, optional
+        Recording of the same arm with a load at its tool, which is then determined from motor
+        currents where both have them, else from torques.
 
     Raises
     ------
     InputError
-        If no arm is known, no torques are recorded, or the motion does not determine the
-        parameters.
-
-    Examples
-    --------
-    >>> from ur5_ros import identify, load_run, run_closed_loop, run_config
-    >>> _ = run_closed_loop(run_config('exciting', duration=12.0), folder='excited')
-    >>> found = identify([load_run('excited')])
-    >>> bool(found.test_rms.max() < 1e-9)  # [N m], on the part that was kept out of the fit
-    True
+        If no arm is known, torques are not recorded, or the motion excites too little.
 
     """
     if not runs:
         raise InputError('no run given; give one or more')
-    if arm is None:
-        record = runs[0].law_record
-        if record is None:
-            raise InputError(f'{runs[0].name}: the bag names no arm; give one: --arm NAME')
-        arm = record.arm
-    samples = [_samples(run, arm) for run in runs]
-    if test is not None:
-        tested, tested_on = _samples(test, arm), test.name
+    arm = arm_of(runs[0]) if arm is None else arm
+    rows, base = rows_of(runs, arm), base_of(arm)
+    found = _solve(rows, base, arm)
+    if test is None:
+        kept, tried = _cut(rows)
+        tested, tried_name = _solve(kept, base, arm), f'the last fifth of {runs[0].name}'
     else:
-        tested_on = f'the last fifth of {runs[0].name}'
-        keep = len(samples[0].q) * 4 // 5
-        tested = samples[0].rows(slice(keep, None))
-        samples[0] = samples[0].rows(slice(0, keep))
-    combination, columns = base_of(arm)
-    x, y, known = (np.concatenate(parts) for parts in zip(
-        *(_rows(each, arm, columns) for each in samples), strict=True))
-    value, error, condition = _least_squares(x, y, known)
-    count = len(columns)
-    start = np.concatenate([inertial_parameters(arm), arm.armature])
-    full = physical(combination, value[:count], start)
-    away = np.abs(combination @ full - value[:count])
-    found = with_parameters(arm, full, name)
-    viscous, coulomb = value[count:count + 6], value[count + 6:]
-    wrong, torque = _prediction_error(tested, found, viscous, coulomb)
+        tested, tried, tried_name = found, rows_of([test], arm), test.name
+    identified = with_parameters(arm, found.x, name)
+    worst = simulate(identified)
+    if not np.isfinite(worst):
+        raise InputError('the identified arm does not move as an arm in simulation; give another '
+                         '--arm to begin with')
+    motors = motors_from(rows.effort, rows.current, found.features, rows.sliding, found.block,
+                         (tried.effort, tried.current, _features(tried, arm)), tried_name)
+    estimate, count = found.best.estimate, len(base.columns)
+    keep = found.determined
+    error = estimate.error[:count][keep]
+    away = np.abs(base.combination @ found.x - estimate.value[:count])[keep]
+    named = np.array(base.names)
+    viscous, viscous_error, coulomb, coulomb_error = _by_joint(found.linear)
     return Identified(
-        found, {NAMES[c]: (float(v), float(e)) for c, v, e in
-                zip(columns, value, error, strict=False)},
-        viscous, error[count:count + 6], coulomb, error[count + 6:], condition,
-        float(np.max(away / np.maximum(error[:count], 1e-9))),
-        torque, np.sqrt(np.nanmean(wrong**2, axis=0)), np.nanmax(np.abs(wrong), axis=0),
-        tested_on,
-        motor_friction(runs, test))
+        arm=identified,
+        base=dict(zip(named[keep].tolist(), zip(estimate.value[:count][keep].tolist(),
+                                                error.tolist(), strict=True), strict=True)),
+        not_excited=tuple(named[~keep].tolist()),
+        covariance=estimate.covariance[:count, :count][np.ix_(keep, keep)],
+        viscous=viscous, viscous_error=viscous_error, coulomb=coulomb,
+        coulomb_error=coulomb_error, family=found.families, terms=_terms(found.best),
+        condition=estimate.condition,
+        moved=float(np.max(away / np.maximum(error, 1e-9), initial=0.0)),
+        train=_predict(rows, base, found, arm, ', '.join(run.name for run in runs)),
+        test=_predict(tried, base, tested, arm, tried_name), motors=motors,
+        payload=_payload(payload, arm, found, motors), simulated=worst)
 
 
-def base_of(arm: ArmParameters, states: int = 500) -> tuple[np.ndarray, np.ndarray]:
+def identify_payload(run: Run, arm: ArmParameters | None = None) -> PayloadEstimate:
     """
-    Return which combinations of the 66 parameters motion and torque determine.
+    Return the load at the tool that the torque of one run shows, beyond the arm's own bodies.
 
-    Dependent columns show as zeros on the diagonal of the QR decomposition over spread states
-    (Gautier 1991) and are folded into the columns before them.
+    Parameters
+    ----------
+    run : Run
+        Recording whose torque has no friction in it, such as a robot's own target torque.
+    arm : ArmParameters, optional
+        The arm without the load; by default the one that the run names.
 
-    Returns
-    -------
-    combination : numpy.ndarray, shape (b, 66)
-        Base parameters = combination @ parameters.
-    columns : numpy.ndarray, shape (b,)
-        Which columns of the regressor are independent.
+    Raises
+    ------
+    InputError
+        If no arm is known, or torques are not recorded.
 
     """
-    random = np.random.default_rng(1)
-    q, qd, qdd = random.uniform(-1.0, 1.0, (3, states, 6)) * np.array([np.pi, 2.0, 5.0])[
-        :, None, None]
-    w = _inertial_columns(q, qd, qdd, arm).reshape(-1, 66)
-    size = np.linalg.norm(w, axis=0)
-    size[size == 0.0] = 1.0
-    w = w / size
-    diagonal = np.abs(np.diag(np.linalg.qr(w, mode='r')))
-    columns, others = np.flatnonzero(diagonal > 1e-8), np.flatnonzero(diagonal <= 1e-8)
-    folded, *_ = np.linalg.lstsq(w[:, columns], w[:, others], rcond=None)
-    combination = np.zeros((len(columns), 66))
-    combination[np.arange(len(columns)), columns] = 1.0
-    combination[:, others] = folded * size[others] / size[columns][:, None]
-    combination[np.abs(combination) < 1e-10] = 0.0
-    return combination, columns
+    arm = arm_of(run) if arm is None else arm
+    rows = rows_of([run], arm)
+    return payload_from(rows, rows.inertial @ all_parameters(arm), _features(rows, arm), None,
+                        run.name)
 
 
-def _samples(run: Run, arm: ArmParameters) -> SampleBlocks:
-    if np.isnan(run.states.effort).all():
-        raise InputError(f'{run.name}: no torques are recorded; they are needed')
-    samples = sample_blocks(run, arm, BLOCKS)
-    if samples is None:
-        raise InputError(f'{run.name}: too few states with a torque follow each other')
-    return samples
+def arm_of(run: Run) -> ArmParameters:
+    """
+    Return the arm that a run names: the law's, else the plant's.
+
+    Raises
+    ------
+    InputError
+        If the bag names none.
+
+    """
+    record = run.law_record
+    if record is None:
+        raise InputError(f'{run.name}: the bag names no arm; give one: --arm NAME')
+    return record.arm
 
 
-def _inertial_columns(q, qd, qdd, arm: ArmParameters) -> np.ndarray:
-    return np.concatenate([dynamics_regressor(q, qd, qdd, arm), qdd[..., None] * np.eye(6)],
-                          axis=-1)
+def _solve(rows: Rows, base: BaseParameters, arm: ArmParameters) -> _Solution:
+    """Return fits, families of friction and the physical parameters of windows."""
+    block, features = blocks_of(rows.time, rows.run), _features(rows, arm)
+    linear = _fit(rows, base, features, [_BOTH] * 6, block)
+    determined = _determined(linear.estimate, base, arm)
+    families = _families(rows, base, features, linear, block)
+    best = linear
+    if any(family.features != _BOTH for family in families):
+        best = _fit(rows, base, features, [family.features for family in families], block)
+    count = len(base.columns)
+    x = physical(base.combination, best.estimate.value[:count],
+                 _information(best.estimate.factor, count), all_parameters(arm),
+                 typical_sizes(arm))
+    return _Solution(linear, best, tuple(families), determined, x, block, features)
 
 
-def _rows(samples: SampleBlocks, arm: ArmParameters, columns: np.ndarray):
-    """Return block means of regressor (b, 6, p) and torque (b, 6), and which rows count."""
-    x = _inertial_columns(samples.q, samples.qd, samples.qdd, arm)[..., columns].mean(axis=1)
-    speed, direction = samples.qd_next, np.sign(samples.qd_next)
-    friction = [part.mean(axis=1)[:, :, None] * np.eye(6) for part in (speed, direction)]
-    least = SLOW if samples.exact else MOVING
-    known = (np.abs(speed) > least).all(axis=1) & (np.abs(direction.mean(axis=1)) == 1.0)
-    return np.concatenate([x, *friction], axis=-1), samples.effort.mean(axis=1), known
+def _cut(rows: Rows) -> tuple[Rows, Rows]:
+    """Return the rows without the last fifth of the first run, and that fifth."""
+    first = np.flatnonzero(rows.run == 0)
+    out = np.zeros(len(rows.run), dtype=bool)
+    out[first[len(first) * 4 // 5:]] = True
+    return rows.take(~out), rows.take(out)
 
 
-def _least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray):
-    """Return values, standard errors over blocks and the condition number, joints weighed."""
+def _features(rows: Rows, arm: ArmParameters) -> np.ndarray:
+    return friction_features(rows.speed, rows.direction, gravity_torque(rows.q, arm))
+
+
+def _fit(rows: Rows, base: BaseParameters, features: np.ndarray, chosen: Sequence[Sequence[int]],
+         block: np.ndarray) -> _Fit:
+    """Fit the base parameters and, for each joint, the features of friction chosen for it."""
+    # feature after feature, so that viscous friction of six joints comes first
+    friction = tuple((joint, feature) for feature in range(len(FEATURES))
+                     for joint in range(6) if feature in chosen[joint])
+    columns = np.zeros((*rows.effort.shape, len(friction)))
+    for place, (joint, feature) in enumerate(friction):
+        columns[:, joint, place] = features[:, joint, feature]
+    # The friction of a joint that sticks is whatever holds it: its torque says nothing then.
+    known = rows.sliding | np.array([not family for family in chosen])
     still = ~known.any(axis=0)
     if still.any():
         raise InputError(f'{JOINT_NAMES[int(np.argmax(still))]} does not move in these runs; '
                          'record one that moves every joint')
-    weight = known / np.sqrt(np.mean(y**2, axis=0) + 1e-12)
-    scale = np.sqrt(np.mean(y**2))
-    for _ in range(2):
-        rows = (x * weight[..., None]).reshape(-1, x.shape[-1])
-        size = np.linalg.norm(rows, axis=0)
-        if np.any(size == 0.0):
-            raise InputError('a parameter has no effect in these runs; record one that moves '
-                             'every joint')
-        tall, square = np.linalg.qr(rows / size)
-        u, s, vt = np.linalg.svd(square)
-        u = tall @ u
-        if s[-1] < 1e-9 * s[0]:
-            raise InputError(f'these runs do not tell the parameters apart (condition number '
-                             f'{s[0] / s[-1]:.2g}); record the experiment exciting')
-        value = (vt.T @ ((u.T @ (y * weight).ravel()) / s)) / size
-        left = y - x @ value
-        rms = np.sqrt(np.sum((left * known)**2, axis=0) / known.sum(axis=0))
-        if rms.max() < 1e-9 * scale:
-            break
-        final = weight
-        weight = known / np.maximum(rms, 1e-6 * scale)
-    else:
-        weight = final
-    blocks = ((left * weight).ravel()[:, None] * u).reshape(len(y), 6, -1).sum(axis=1)
-    bread = vt.T / s
-    error = np.sqrt(((bread @ blocks.T)**2).sum(axis=1)) / size
-    return value, error, float(s[0] / s[-1])
+    x = np.concatenate([rows.inertial[..., base.columns], columns], axis=-1)
+    return _Fit(least_squares(x, rows.effort, known, block), friction)
 
 
-def _prediction_error(samples: SampleBlocks, arm: ArmParameters, viscous, coulomb):
-    """Return error (m, 6), NaN where a joint sticks, and RMS of the torque on a run."""
-    torque = inverse_dynamics(samples.q, samples.qd, samples.qdd, arm)
-    torque = torque + viscous * samples.qd_next + coulomb * np.sign(samples.qd_next)
-    wrong = samples.effort - torque
-    # The friction of a joint that sticks is not determined by its motion.
-    slips = np.abs(samples.qd_next) > (SLOW if samples.exact else MOVING)
-    if coulomb.any():
-        wrong = np.where(slips if samples.exact else slips.all(axis=1)[:, None], wrong, np.nan)
-    wrong = wrong.reshape(-1, 6) if samples.exact else wrong.mean(axis=1)
-    return wrong, np.sqrt(np.mean(samples.effort.reshape(-1, 6)**2, axis=0))
+def _determined(estimate: Estimate, base: BaseParameters, arm: ArmParameters) -> np.ndarray:
+    """Return which base parameters the motion determines, better than to their usual size."""
+    count = len(base.columns)
+    usual = np.abs(base.combination) @ typical_sizes(arm)
+    determined = estimate.determined[:count] & (estimate.error[:count] < usual)
+    if determined.mean() < LEAST:
+        lost = [name for name, known in zip(base.names, determined, strict=True) if not known]
+        raise InputError(
+            f'these runs excite {determined.sum()} of {count} base parameters, too few to tell '
+            f'the parameters apart; not excited: {", ".join(lost)}; record the experiment '
+            'exciting, or one made by ur5 excite')
+    return determined
 
 
-def _joints(value: np.ndarray, error: np.ndarray) -> dict[str, dict[str, float]]:
-    return {name: {'value': float(v), 'error': float(e)}
-            for name, v, e in zip(JOINT_NAMES, value, error, strict=True)}
+def _families(rows: Rows, base: BaseParameters, features: np.ndarray, linear: _Fit,
+              block: np.ndarray) -> list[Family]:
+    """Return the family of friction of each joint, from what the rigid arm leaves."""
+    if rows.exact:
+        return [Family(_BOTH, 0.0, 0.0, 0.0)] * 6
+    count = len(base.columns)
+    left = rows.effort - rows.inertial[..., base.columns] @ linear.estimate.value[:count]
+    families = []
+    for i in range(6):
+        use = rows.sliding[:, i]
+        part = np.unique(block[use], return_inverse=True)[1]
+        families.append(choose_family(features[use, i], np.zeros((use.sum(), 0)), left[use, i],
+                                      folds_of(part)))
+    return families
+
+
+def _information(factor: np.ndarray, count: int) -> np.ndarray:
+    """Return the square root of what is known of the first columns alone, (count, count)."""
+    order = [*range(count, factor.shape[1]), *range(count)]
+    square = np.zeros((factor.shape[1],) * 2)
+    triangle = np.asarray(np.linalg.qr(np.vstack([factor[:, order], square]), mode='r'))
+    return triangle[-count:, -count:]
+
+
+def _by_joint(linear: _Fit) -> list[np.ndarray]:
+    """Return viscous friction, its error, Coulomb friction and its error, (6,) each."""
+    start = len(linear.estimate.value) - 12
+    value, error = linear.estimate.value[start:], linear.estimate.error[start:]
+    return [value[:6], error[:6], value[6:], error[6:]]
+
+
+def _terms(fit: _Fit) -> tuple[dict[str, tuple[float, float]], ...]:
+    start = len(fit.estimate.value) - len(fit.friction)
+    terms: tuple[dict[str, tuple[float, float]], ...] = tuple({} for _ in range(6))
+    for (joint, feature), value, error in zip(
+            fit.friction, fit.estimate.value[start:], fit.estimate.error[start:], strict=True):
+        terms[joint][FEATURES[feature]] = float(value), float(error)
+    return terms
+
+
+def _friction_torque(features: np.ndarray, fit: _Fit) -> np.ndarray:
+    """Return the torque of friction of each window, shape (n, 6)."""
+    torque = np.zeros(features.shape[:2])
+    start = len(fit.estimate.value) - len(fit.friction)
+    for (joint, feature), value in zip(fit.friction, fit.estimate.value[start:], strict=True):
+        torque[:, joint] += value * features[:, joint, feature]
+    return torque
+
+
+def _predict(rows: Rows, base: BaseParameters, found: _Solution, arm: ArmParameters,
+             run: str) -> Prediction:
+    """Return how well the arm and the fit predict the torque of windows, three at a time."""
+    fit = found.best
+    friction = _friction_torque(_features(rows, arm), fit)
+    with_friction = np.isin(np.arange(6), [joint for joint, _ in fit.friction])
+    value = fit.estimate.value[:len(base.columns)]
+    predicted, fitted = rows.inertial @ found.x, rows.inertial[..., base.columns] @ value
+    unknown = np.where(rows.sliding | ~with_friction, 0.0, np.nan)
+    wrong, wrong_fit = (of_three(rows, rows.effort - torque - friction + unknown)
+                        for torque in (predicted, fitted))
+    known = np.isfinite(wrong)
+    return Prediction(
+        run, np.sqrt(np.mean(rows.effort**2, axis=0)), _rms(wrong),
+        np.where(known.any(axis=0), np.abs(np.where(known, wrong, 0.0)).max(axis=0), np.nan),
+        _rms(wrong_fit), {'time': rows.time, 'speed': rows.speed, 'torque': rows.effort,
+                          'predicted': predicted + friction + unknown, 'error': wrong})
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    """Return the root mean square of each column's numbers; NaN where it has none."""
+    known = np.isfinite(values)
+    square = np.sum(np.where(known, values, 0.0)**2, axis=0)
+    count = known.sum(axis=0)
+    return np.where(count > 0, np.sqrt(square / np.maximum(count, 1)), np.nan)
+
+
+def _payload(run: Run | None, arm: ArmParameters, found: _Solution, motors: Motors | None):
+    if run is None:
+        return None
+    rows = rows_of([run], arm)
+    features = _features(rows, arm)
+    expected = rows.inertial @ found.x + _friction_torque(features, found.best)
+    if np.isnan(rows.current).all():
+        motors = None
+    return payload_from(rows, expected, features, motors, run.name)

@@ -1,0 +1,134 @@
+"""What a run holds for identification: motion and torque, period by period, as measured."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.errors import InputError
+from ur5_ros.model.parameters import ArmParameters
+
+#: Speed under which the direction of dry friction is not determined [rad/s]: of measured states,
+#: and of states without noise from a plant whose time step is the period.
+SLOW, SLOW_EXACT = 5e-3, 1e-6
+
+#: Time over which measured speeds are averaged for their direction [s].
+DIRECTION_TIME = 0.02
+
+#: Steps of recorded time that belong together, in periods.
+SHORTEST, LONGEST = 0.05, 2.5
+
+
+class Samples(NamedTuple):
+    """Consecutive periods without a gap; every array of shape (n, 6) unless said."""
+
+    time: np.ndarray
+    """Since the first state of the run [s], shape (n,)."""
+    q: np.ndarray
+    """Angles of the model, offset added [rad]."""
+    qd: np.ndarray
+    qdd: np.ndarray
+    speed: np.ndarray
+    """Speed at which friction acts [rad/s]."""
+    direction: np.ndarray
+    """Direction of dry friction, -1 to 1."""
+    slow: np.ndarray
+    """Whether the speed is too small for a direction."""
+    effort: np.ndarray
+    """Torque that acted [N m]."""
+    current: np.ndarray | None
+    """Motor current [A]."""
+    exact: bool
+    """Whether one period is one step of the plant, without noise."""
+
+
+def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
+    """
+    Return the stretches of a run without a gap, as measured.
+
+    States as published are used, never the exact ones beside them.  Where the bag says how the
+    plant steps, each quantity is taken at the time at which the plant used it; elsewhere in the
+    middle of the period.
+
+    Parameters
+    ----------
+    run : Run
+        The recording.
+    arm : ArmParameters
+        Its angle offset is added.
+
+    Raises
+    ------
+    InputError
+        If no torque is recorded, or too few states follow each other.
+
+    """
+    if np.isnan(run.states.effort).all():
+        raise InputError(f'{run.name}: no torques are recorded; they are needed')
+    noisy = run.truth is not None or run.noisy
+    if run.follows_reference:
+        time, motion = run.t, [*run.required_reference, run.states.effort]
+        speed, keep = run.required_reference.qd, slice(None)
+        whole = np.isfinite(np.hstack(motion)).all(axis=1)
+        q, qd, qdd, effort = motion
+    else:
+        time, q, qd, qdd, speed, effort = _between_states(run)
+        keep = slice(0, -1)
+        whole = np.isfinite(np.hstack([q, qd, qdd, effort])).all(axis=1) & _follow(run)
+    exact = not noisy and run.substeps == 1
+    slow = SLOW_EXACT if exact else SLOW
+    current = None if run.current is None else run.current[keep]
+    parts = []
+    for rows in _stretches(whole):
+        v = speed[rows]
+        mean = v if exact else moving_average(v, round(DIRECTION_TIME * run.control_rate))
+        parts.append(Samples(
+            time[rows], q[rows] + arm.angle_offset, qd[rows], qdd[rows], v,
+            np.sign(v) if exact else np.clip(mean / slow, -1.0, 1.0), np.abs(mean) < slow,
+            effort[rows], None if current is None else current[rows], exact))
+    return parts
+
+
+def moving_average(values: np.ndarray, length: int) -> np.ndarray:
+    """Return the mean over ``length`` rows about each row, made odd, shape as given."""
+    half = min(length, len(values)) // 2
+    if not half:
+        return values
+    total = np.cumsum(np.pad(values, ((half + 1, half), (0, 0)), 'edge'), axis=0)
+    return (total[2 * half + 1:] - total[:-2 * half - 1]) / (2 * half + 1)
+
+
+def _between_states(run: Run):
+    """Return time, q, qd, qdd, friction's speed and effort of each period, (n - 1, 6)."""
+    q, qd, effort = run.states
+    if run.substeps:
+        # Of n steps the mean begins (n - 1)/2n into the period; friction is at the end of each.
+        begin, end = ((run.substeps + sign) / (2.0 * run.substeps) for sign in (-1, 1))
+        torque = effort[1:]
+    else:
+        begin = end = 0.5
+        torque = 0.5 * (effort[:-1] + effort[1:])
+    seconds = np.diff(run.stamp) * 1e-9
+    if run.sim is not None:
+        seconds = np.full(len(seconds), run.h)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        qdd = np.diff(qd, axis=0) / seconds[:, None]
+    return (run.t[:-1], _between(q, begin), _between(qd, begin), qdd, _between(qd, end), torque)
+
+
+def _between(values: np.ndarray, share: float) -> np.ndarray:
+    return (1.0 - share) * values[:-1] + share * values[1:]
+
+
+def _follow(run: Run) -> np.ndarray:
+    """Return which states are followed by the next one, a robot's own clock taken as it is."""
+    if run.sim is not None:
+        return run.steps
+    periods = np.diff(run.stamp) * 1e-9 * run.control_rate
+    return (periods > SHORTEST) & (periods < LONGEST)
+
+
+def _stretches(whole: np.ndarray) -> list[slice]:
+    """Return where ``whole`` stays true, as slices."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], whole.astype(int), [0]])))
+    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True)]
