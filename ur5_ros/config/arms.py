@@ -1,13 +1,12 @@
 """Arm files: ``config/arms/<name>.yaml`` to :class:`~ur5_ros.model.parameters.ArmParameters`."""
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 import numpy as np
 
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
-from ur5_ros.config.strict_yaml import config_folder, parse_yaml, read_text, read_yaml
+from ur5_ros.config.strict_yaml import file_names, named_file, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
 
@@ -68,7 +67,7 @@ class _ArmFile(Record, frozen=True, kw_only=True):
 
 def list_arms() -> list[str]:
     """Return the names of the arms that come with the package."""
-    return sorted(path.stem for path in (config_folder() / 'arms').glob('*.yaml'))
+    return file_names('arm')
 
 
 def arm_text(name: str) -> str:
@@ -86,7 +85,7 @@ def arm_text(name: str) -> str:
         If there is no such arm.
 
     """
-    return read_text(_arm_path(name))
+    return read_text(named_file('arm', name))
 
 
 def load_arm(name: str) -> ArmParameters:
@@ -116,7 +115,7 @@ def load_arm(name: str) -> ArmParameters:
     ('ur5', (6,))
 
     """
-    path = _arm_path(name)
+    path = named_file('arm', name)
     return _arm_record(read_yaml(path), str(path))
 
 
@@ -131,19 +130,6 @@ def parse_arm(text: str, source: str) -> ArmParameters:
 
     """
     return _arm_record(parse_yaml(text, source), source)
-
-
-def _arm_path(name: str) -> Path:
-    if name.endswith(('.yaml', '.yml')) or '/' in name:
-        path = Path(name).expanduser()
-        if not path.is_file():
-            raise InputError(f'no arm file {name}; give a path of a YAML file, '
-                             f'or one of: {", ".join(list_arms())}')
-        return path
-    if name not in list_arms():
-        raise InputError(f'unknown arm {name!r}; give one of: {", ".join(list_arms())}, '
-                         'or the path of a YAML file')
-    return config_folder() / 'arms' / f'{name}.yaml'
 
 
 def _arm_record(data: Any, source: str) -> ArmParameters:

@@ -1,12 +1,11 @@
 """Experiment files, ``config/experiments/<name>.yaml``; a new file is a new experiment."""
 
-from pathlib import Path
 from typing import Annotated, Any, Literal, cast, get_args
 
 import msgspec
 
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
-from ur5_ros.config.strict_yaml import config_folder, read_yaml
+from ur5_ros.config.strict_yaml import file_names, named_file, read_yaml
 from ur5_ros.errors import InputError
 
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
@@ -107,7 +106,7 @@ _KINDS = {get_args(kind.__annotations__['kind'])[0]: kind for kind in get_args(E
 
 def list_experiments() -> list[str]:
     """Return the names of the experiments that come with the package."""
-    return sorted(path.stem for path in (config_folder() / 'experiments').glob('*.yaml'))
+    return file_names('experiment')
 
 
 def load_experiment(name: str) -> Experiment:
@@ -130,21 +129,8 @@ def load_experiment(name: str) -> Experiment:
         If there is no such experiment, or its file has a missing, unknown or wrong value.
 
     """
-    path = _experiment_path(name)
+    path = named_file('experiment', name)
     return _record(read_yaml(path), str(path))
-
-
-def _experiment_path(name: str) -> Path:
-    if name.endswith(('.yaml', '.yml')) or '/' in name:
-        path = Path(name).expanduser()
-        if path.is_file():
-            return path
-        raise InputError(f'no experiment file {name}; give a path of a YAML file, '
-                         f'or one of: {", ".join(list_experiments())}')
-    if name not in list_experiments():
-        raise InputError(f'unknown experiment {name!r}; give one of: '
-                         f'{", ".join(list_experiments())}, or the path of a YAML file')
-    return config_folder() / 'experiments' / f'{name}.yaml'
 
 
 def _record(data: Any, source: str) -> Experiment:

@@ -38,6 +38,26 @@ def config_folder() -> Path:
     raise InputError(f'no folder share/ur5_ros/config above {here}; install the package again')
 
 
+def file_names(kind: str) -> list[str]:
+    """Return the names of the files of a kind, 'arm' or 'experiment', in the package."""
+    return sorted(path.stem for path in (config_folder() / f'{kind}s').glob('*.yaml'))
+
+
+def named_file(kind: str, name: str) -> Path:
+    """Return the path of a file of the package by its name, or of any YAML file by its path."""
+    choices = ', '.join(file_names(kind))
+    if name.endswith(('.yaml', '.yml')) or '/' in name:
+        path = Path(name).expanduser()
+        if not path.is_file():
+            raise InputError(f'no {kind} file {name}; give a path of a YAML file, '
+                             f'or one of: {choices}')
+        return path
+    if name not in file_names(kind):
+        raise InputError(f'unknown {kind} {name!r}; give one of: {choices}, '
+                         'or the path of a YAML file')
+    return config_folder() / f'{kind}s' / f'{name}.yaml'
+
+
 try:
     from yaml.cyaml import CParser  # type: ignore[attr-defined]
 
