@@ -13,7 +13,7 @@ from ur5_ros.cdr.fixed_messages import encode_clock
 from ur5_ros.config.topics import QUEUED
 from ur5_ros.launcher.node_processes import last_core, shared_core
 from ur5_ros.nodes.ros.topics import ros_profile
-from ur5_ros.nodes.ros.wait_set_loop import LOOK, WaitSetLoop
+from ur5_ros.nodes.ros.wait_set_loop import LAZY_POLL_PERIOD, WaitSetLoop
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_an_onlooker_who_comes_late_misses_nothing_once_it_is_seen(nodes):
     while not loop.take():  # until the two have found each other
         publish(encode_clock(2))
         assert time.monotonic() < limit
-        time.sleep(LOOK)
+        time.sleep(LAZY_POLL_PERIOD)
     while loop.wait(0.2):
         pass
     heard = []

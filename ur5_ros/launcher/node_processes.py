@@ -141,7 +141,7 @@ def private_environment() -> dict[str, str]:
 
 
 def free_domain() -> int:
-    """Return a ROS domain id in which nobody on this machine listens; see :func:`claim_domain`."""
+    """Return a ROS domain id without a listener on this machine; see :func:`claim_domain`."""
     domain, claim = claim_domain()
     claim.close()
     return domain
@@ -149,10 +149,10 @@ def free_domain() -> int:
 
 def claim_domain() -> tuple[int, socket.socket]:
     """
-    Return a ROS domain id in which nobody on this machine listens, and what keeps it.
+    Return a ROS domain id without a listener on this machine, and the socket that reserves it.
 
     Two that start nodes at the same time get two domains, although no node listens yet: until
-    the socket is closed nobody else is given the domain.
+    the socket is closed no other caller gets the domain.
 
     The ports of a domain start at 7400 + 250 domain (DDSI-RTPS 2.5, section 9.6.2.3); domains
     up to 101 stay below the ports that Linux gives to clients.

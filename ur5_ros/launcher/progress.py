@@ -16,7 +16,7 @@ class BagGrowth:
     Counts messages in the MCAP files of a folder while they are being written.
 
     Each chunk is followed by an index a channel (MCAP specification, Message Index), whose length
-    alone tells the number of messages.
+    alone gives the number of messages.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ class _Bags:
 
     def period(self, state: ArmState, truth: ArmState, torque: np.ndarray,
                reference: Reference, acts: bool) -> None:
-        """Write a state and the answer to it, which the plant hears unless the run is over."""
+        """Write a state and the answer to it, which acts unless the run is over."""
         stamp = state.stamp
         sim, control = self._sim, self._control
         data = self._state.encode(*state)
@@ -130,12 +130,12 @@ class _Bags:
 
     def _monitor(self, state: ArmState, reference: Reference) -> None:
         q = np.stack([state.q, reference.q]) + self._arm.angle_offset
-        tool, wanted = forward_kinematics(q, self._arm)
+        tool, desired = forward_kinematics(q, self._arm)
         write = self._control.write
         write('error', self._error.encode(state.stamp, state.q - reference.q,
                                           state.qd - reference.qd))
         write('tool_pose', self._pose.encode(state.stamp, *position_and_quaternion(tool)))
-        write('reference_pose', self._pose.encode(state.stamp, *position_and_quaternion(wanted)))
+        write('reference_pose', self._pose.encode(state.stamp, *position_and_quaternion(desired)))
 
 
 class _Bag:

@@ -99,19 +99,19 @@ class RolloutEngine:
 
     def _simulate(self, law: TorqueLaw, table: Reference, states: np.ndarray,
                   measured: '_MeasuredStates', torque: np.ndarray, effort: np.ndarray) -> bool:
-        """Fill the arrays, the effort while no command acts; return whether no check had a say."""
+        """Fill the arrays, the effort while no command acts; return whether no check applied."""
         bullet, integrator = self._world(), self._integrator
         delay, last = self._delay, self._periods - 1
         advance, answer, substeps = bullet.stepper(), kernel.law.single, range(self._substeps)
         given, commands = (np.zeros(6), np.inf, *law.constants), torque[:, TOTAL]
         at, before = 0, None
         values, page = tuple(states[0].tolist()), states.data.cast('B')
-        for k, (row, true, noise, wanted, out) in enumerate(
+        for k, (row, true, noise, desired, out) in enumerate(
                 zip(*measured.rows(), zip(*table, strict=True), torque, strict=True)):
             if noise is not None:
                 np.add(true, noise, out=row)
             q = row[:6]
-            if answer(q, row[6:], q if before is None else before, *wanted, *given, out):
+            if answer(q, row[6:], q if before is None else before, *desired, *given, out):
                 return False
             if k == last:
                 break

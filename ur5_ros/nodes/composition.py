@@ -12,7 +12,7 @@ from ur5_ros.nodes.control.node import ControlNode
 from ur5_ros.nodes.ros.recording import NO_BAG
 from ur5_ros.nodes.ros.shared_wait import SharedLoop, SharedWait
 from ur5_ros.nodes.ros.shutdown import StopRequest
-from ur5_ros.nodes.sim.node import Simulator
+from ur5_ros.nodes.sim.node import SimNode
 
 _NAMES = {SIM_NODE: {each.name for each in SIM_PARAMETERS},
           CONTROL_NODE: {each.name for each in CONTROL_PARAMETERS}}
@@ -44,7 +44,7 @@ class ComposedNodes:
         given = _given_to_both(files)
         # the controller first: it opens no bag before the simulator has named the run
         self._control = ControlNode([], stop, self._loop, given & _NAMES[SIM_NODE])
-        self._sim = Simulator([], stop, self._loop, given & _NAMES[CONTROL_NODE])
+        self._sim = SimNode([], stop, self._loop, given & _NAMES[CONTROL_NODE])
 
     def begin(self) -> None:
         """Send state 1."""

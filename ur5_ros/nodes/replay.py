@@ -36,7 +36,7 @@ def replay(
     loop : bool
         Start again at the end, until interrupted.
     progress : callable, optional
-        Is told the simulated time [s] about ten times a second.
+        Gets the simulated time [s] about ten times a second.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def replay(
 
 def _once(playback: Playback, publish: Sequence[Callable[[bytes], None]], rate: float,
           progress: Callable[[float], None]) -> int:
-    began = told = time.monotonic()
+    began = reported = time.monotonic()
     due = (playback.time * (1e-9 / rate)).tolist()
     topics = playback.topic.tolist()
     for i, seconds in enumerate(due):
@@ -73,8 +73,8 @@ def _once(playback: Playback, publish: Sequence[Callable[[bytes], None]], rate: 
         if began + seconds > now:
             time.sleep(began + seconds - now)
         publish[topics[i]](playback.data(i))
-        if now - told > 0.1:
-            told = now
+        if now - reported > 0.1:
+            reported = now
             progress(seconds * rate)
     return len(due)
 

@@ -12,10 +12,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     require_environment(arguments)
     from ur5_ros.nodes.ros.process import run_node
     from ur5_ros.nodes.ros.shutdown import StopRequest
-    from ur5_ros.nodes.sim.node import Simulator
+    from ur5_ros.nodes.sim.node import SimNode
     stop = StopRequest()
     stop.listen()
-    run_node(Simulator, stop, arguments)
+    run_node(SimNode, stop, arguments)
 
 
 if __name__ == '__main__':

@@ -69,7 +69,7 @@ class BulletArm:
                                                 physicsClientId=self._client)
 
     def load(self, arm: ArmParameters, gravity: Sequence[float] | np.ndarray) -> None:
-        """Build the world anew with these bodies, at rest in zero position; see :meth:`place`."""
+        """Build the world again with these bodies, at rest in zero position; see :meth:`place`."""
         client = self._client
         pybullet.resetSimulation(physicsClientId=client)
         pybullet.setPhysicsEngineParameter(

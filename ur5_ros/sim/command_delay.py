@@ -23,7 +23,7 @@ class CommandDelay:
 
     @property
     def busy(self) -> bool:
-        """Tell whether commands are under way."""
+        """Whether commands are under way."""
         return bool(self._under_way)
 
     def exchange(self, k: int, command: np.ndarray | None, delay: int) -> np.ndarray | None:

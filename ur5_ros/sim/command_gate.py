@@ -105,7 +105,7 @@ class CommandGate:
         self._answer: np.ndarray | None = None
         self._answer_stamp = 0
         self._candidate: np.ndarray | None = None
-        self._heard = 0.0
+        self._candidate_at = 0.0
         self._started = False  # a command has counted
         self._running_on = False  # the timeout fired: the fallback acts, paced
         self._rearm = False  # ... until the present period is over
@@ -132,7 +132,7 @@ class CommandGate:
         self.pacer.start(k)
 
     def resumed(self) -> None:
-        """Take note that a pause ended: timeout and schedule begin anew."""
+        """Take note that a pause ended: timeout and schedule start again."""
         self._since = self._clock()
         self.pacer.start(self._k)
 
@@ -187,7 +187,7 @@ class CommandGate:
         if stamp == 0 and self._quiet_rule:
             if self._candidate is not None:
                 self._refuse(topic, 'superseded before the first unstamped command counted')
-            self._candidate, self._heard = command, self._clock()
+            self._candidate, self._candidate_at = command, self._clock()
             return None
         self._take(command)
         return None
@@ -197,8 +197,8 @@ class CommandGate:
         if not self._lockstep:
             return self._next_paced()
         if self._candidate is not None and self._answer is None:
-            if self._clock() - self._heard < QUIET:
-                return Decision(wake=self._heard + QUIET)
+            if self._clock() - self._candidate_at < QUIET:
+                return Decision(wake=self._candidate_at + QUIET)
             self._quiet_rule = False
             self._take(self._candidate)
         if self._answer is not None:

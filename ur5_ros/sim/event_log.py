@@ -1,4 +1,4 @@
-"""What happened to the plant: events in order, counters, the fallback and the stop that act."""
+"""Events of the plant in order, counters, the fallback and the protective stop that act."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from ur5_ros.sim.limits import LimitWatch
 
 class EventLog:
     """
-    Tells every change once.
+    Logs every change once.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class EventLog:
     def check_limits(self, before: int, after: ArmState, clamped: np.ndarray, held: np.ndarray,
                        overspeed_stop: bool) -> None:
         """
-        Tell who began or ceased to touch a limit in a period.
+        Log the joints that began or ceased to touch a limit in a period.
 
         Parameters
         ----------
@@ -87,8 +87,8 @@ class EventLog:
         fast = np.abs(after.qd) > self._fastest
         for kind, mask, stamp in (('effort', clamped, before), ('position', held, before),
                                   ('velocity', fast, after.stamp)):
-            told = self._watch.look(kind, mask, stamp)
-            if told is not None:
-                self._events.append(told)
+            change = self._watch.look(kind, mask, stamp)
+            if change is not None:
+                self._events.append(change)
         if fast.any() and overspeed_stop and not self.stopped:
             self.stop(after.stamp, [JOINT_NAMES[i] for i in np.flatnonzero(fast)], 'over-speed')

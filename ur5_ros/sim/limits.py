@@ -1,4 +1,4 @@
-"""Limits of the joints: who touches one now, told once when it begins, changes or ends."""
+"""Limits of the joints: an event when a joint begins or ceases to touch one."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ _SENTENCE = {
 
 
 class LimitWatch:
-    """Counts the periods at a limit and tells every change as an event."""
+    """Counts the periods at a limit and returns every change as an event."""
 
     def __init__(self):
         self.periods = dict.fromkeys(_SENTENCE, 0)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-#: Further behind than this the schedule starts anew: no burst makes up for a stopped process [s].
+#: Further behind than this the schedule starts again: no burst makes up for a stopped process [s].
 _LOST = 0.2
 
 

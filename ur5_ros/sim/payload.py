@@ -1,4 +1,4 @@
-"""A mass hung on the tool that the arm record does not declare."""
+"""A mass on the tool that the arm record does not declare."""
 
 from dataclasses import replace
 

@@ -175,7 +175,7 @@ class Plant:
     def apply_wrench(self, force: Sequence[float], torque: Sequence[float],
                      frame: str = 'base') -> None:
         """
-        Push the tool: until the next call, or for ``wrench_duration`` if that is not zero.
+        Apply a wrench to the tool until the next call, or for a ``wrench_duration`` above zero.
 
         Parameters
         ----------

@@ -39,7 +39,7 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
         The chain that the simulator loads: ``base`` is the root, the massless frames are left
         out and the joints are continuous, because the plant has its own stops.
     shapes : bool
-        Say what the links look like; where nobody looks, they take most of the time of loading.
+        Include the looks of the links; they take most of the time of loading.
 
     Returns
     -------

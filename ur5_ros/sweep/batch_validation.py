@@ -41,14 +41,14 @@ def marks_of(path: str = '') -> Marks:
 
 def judge_folder(folder: str, given: Mapping[str, Any], marks: str = '') -> Judgement:
     """
-    Return what the validator says of a run folder.
+    Return the validator's judgement of a run folder.
 
     Parameters
     ----------
     folder : str
         Run folder.
     given : mapping
-        ``arm``, ``control_arm``, ``kp``, ``kd`` for bags that do not say.
+        ``arm``, ``control_arm``, ``kp``, ``kd`` for bags without them.
     marks : str, optional
         File of pass marks; those of the package by default.
 

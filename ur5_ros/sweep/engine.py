@@ -36,12 +36,12 @@ def run_sweep(
     workers : int, optional
         Worker processes on this machine; one a core if not given.
     progress : callable, optional
-        Is told the number of rows that are there.
+        Gets the number of rows that are there.
 
     Raises
     ------
     InputError
-        If nobody answers at the address, a scheduler that went away does not come back, or
+        If no scheduler answers at the address, a scheduler that went away does not come back, or
         another sweep works in the folder.
 
     """
@@ -82,7 +82,7 @@ def batch_size(spec: SweepSpec) -> int:
 def run_batch(spec: SweepSpec, bags: str | None, runs: list[RunSpec]) -> list[dict[str, Any]]:
     """Return the rows of some runs: the task that travels to a worker."""
     with warnings.catch_warnings():
-        warnings.simplefilter('ignore')  # a run that diverges overflows; its row says so
+        warnings.simplefilter('ignore')  # a run that diverges overflows; its row records it
         return [row_of(spec, run, Path(bags) if bags else None) for run in runs]
 
 

@@ -79,8 +79,8 @@ def plan_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
         check_initial_state(arm_named(plan.sim.arm), plan.sim.initial_positions)
         return plan
     except InputError as refusal:
-        told = ', '.join(f'{key} = {value}' for key, value in run.values.items())
-        raise InputError(f'run {run.number} ({told}): {refusal}') from None
+        values_text = ', '.join(f'{key} = {value}' for key, value in run.values.items())
+        raise InputError(f'run {run.number} ({values_text}): {refusal}') from None
 
 
 def _value(key: str, value: Any, run: RunSpec) -> Any:
@@ -212,7 +212,7 @@ def check_success(spec: SweepSpec) -> None:
 
 
 def digest(run: Run) -> str:
-    """Return a SHA-256 over all states, which tells whether two runs are the same."""
+    """Return a SHA-256 over all states, equal if two runs are the same."""
     found = hashlib.sha256(run.stamp.astype('<i8').tobytes())
     for array in run.states:
         found.update(np.ascontiguousarray(array, dtype='<f8').tobytes())

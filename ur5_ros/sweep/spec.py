@@ -127,7 +127,7 @@ def number_of_runs(spec: SweepSpec) -> int:
 
 
 def is_random(axis: list | Axis) -> bool:
-    """Tell whether the values of a key are drawn, run by run."""
+    """Return whether the values of a key are drawn, run by run."""
     return isinstance(axis, Axis) and axis.count is None
 
 

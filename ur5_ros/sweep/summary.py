@@ -1,4 +1,4 @@
-"""What the table of a sweep says: success rates with confidence, maps of two keys, worst runs."""
+"""Summary of a sweep's table: success rates with confidence, maps of two keys, worst runs."""
 
 import itertools
 import math

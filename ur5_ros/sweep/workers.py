@@ -93,12 +93,12 @@ def connected(address: str, patience: float = WORKER_TIMEOUT) -> Iterator[Client
     Raises
     ------
     InputError
-        If nobody answers there.
+        If no scheduler answers there.
 
     """
     try:
         kind = asyncio.run(asyncio.wait_for(_kind(address, patience), patience))
-    except Exception as error:  # whoever answers there may send anything
+    except Exception as error:  # another program may answer with anything
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f'no Dask scheduler answers at {address} ({reason}); start one with '
                          '"dask scheduler", or leave --scheduler out') from None
@@ -181,7 +181,7 @@ async def _kind(address: str, patience: float) -> str:
 
 
 def _silence() -> None:
-    """Keep Dask from telling on the console what is told here in one line, or mended."""
+    """Keep Dask's log lines off the console: what matters is reported here in one line."""
     names = [name for name in logging.root.manager.loggerDict
              if name.partition('.')[0] in ('distributed', 'tornado', 'asyncio')]
     for name in ('distributed', 'tornado', 'asyncio', *names):  # Dask gives some a level each

@@ -38,7 +38,7 @@ class ControlCycle:
     logger
         The node's logger.
     on_restart : callable
-        Is called before the first state of a robot that started again; calls :meth:`begin_anew`.
+        Is called before the first state of a robot that started again; calls :meth:`begin_run`.
 
     """
 
@@ -110,7 +110,7 @@ class ControlCycle:
                              'keep one robot on this topic')
         self._on_restart()
 
-    def begin_anew(self) -> None:
+    def begin_run(self) -> None:
         """Forget the run before: the next state is a first one."""
         self.controller = Controller(
             self.controller.arm, self.controller.parameters, self._planned_rate)
@@ -118,11 +118,11 @@ class ControlCycle:
         self.stamp = 0
         self._last = b''
         self.hash = PayloadHash(self._reader.layout)
-        self._outputs.begin_anew()
+        self._outputs.begin_run()
         self.first_at, self._copies = 0.0, 0
 
     def watch(self) -> None:
-        """Say when states stop coming, and when they come again."""
+        """Log when states stop coming, and when they come again."""
         silent = time.monotonic() - self._last_at if self._last_at else 0.0
         timeout = self.controller.parameters.state_timeout
         if silent > timeout and not self._missing:
@@ -157,7 +157,7 @@ class ControlCycle:
 
     def _monitor(self, state: ArmState, answer: ControlOutput) -> None:
         arm = self.controller.arm
-        tool, wanted = (forward_kinematics(q + arm.angle_offset, arm)
+        tool, desired = (forward_kinematics(q + arm.angle_offset, arm)
                         for q in (state.q, answer.reference.q))
         self._outputs.monitor(state, answer.reference, position_and_quaternion(tool),
-                              position_and_quaternion(wanted))
+                              position_and_quaternion(desired))

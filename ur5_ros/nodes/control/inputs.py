@@ -15,7 +15,7 @@ from ur5_ros.nodes.ros.topics import Topics
 
 class ControlInputs:
     """
-    The subscriptions that tell the controller where to go.
+    The subscriptions for targets.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class ControlInputs:
         Through which they are subscribed and recorded.
     recording : Recording
         The bag.
-    answering : Answering
+    cycle : Answering
         Holds the controller, which judges them.
     parameters : ControlParameters
         Of the node.
@@ -31,32 +31,32 @@ class ControlInputs:
     """
 
     def __init__(
-        self, topics: Topics, recording: Recording, answering: ControlCycle,
+        self, topics: Topics, recording: Recording, cycle: ControlCycle,
         parameters: ControlParameters,
     ) -> None:
         self._recording = recording
-        self._answering = answering
-        self.heard: dict[int, tuple[str, int, Any]] = {}
+        self._cycle = cycle
+        self.subscriptions: dict[int, tuple[str, int, Any]] = {}
         """Number of a subscription to topic, number to record under, what takes the bytes."""
         for role, take in (('target_joints', self._take_joints), ('target_pose', self._take_pose),
                            ('joint_trajectory', self._take_trajectory), ('path', self._take_path)):
             number, record = topics.subscribe(role)
-            self.heard[number] = (topics.names[role], record, take)
+            self.subscriptions[number] = (topics.names[role], record, take)
 
     def _take_joints(self, record: int, data: bytes) -> None:
         message = read_message('sensor_msgs/msg/JointState', data)
-        self._answering.controller.target_joints(message['name'], message['position'])
+        self._cycle.controller.target_joints(message['name'], message['position'])
         self._recording.write(record, data)
 
     def _take_pose(self, record: int, data: bytes) -> None:
         message = read_message('geometry_msgs/msg/PoseStamped', data)
-        self._answering.controller.target_pose(
+        self._cycle.controller.target_pose(
             _matrix(message['pose']), message['header']['frame_id'])
         self._recording.write(record, data)
 
     def _take_trajectory(self, record: int, data: bytes) -> None:
         message = read_message('trajectory_msgs/msg/JointTrajectory', data)
-        self._answering.controller.joint_trajectory(
+        self._cycle.controller.joint_trajectory(
             message['joint_names'], [trajectory_point(point) for point in message['points']],
             stamp_of(message['header']))
         self._recording.write(record, data)
@@ -65,7 +65,7 @@ class ControlInputs:
         message = read_message('nav_msgs/msg/Path', data)
         poses = message['poses']
         matrices = np.array([_matrix(pose['pose']) for pose in poses]).reshape(-1, 4, 4)
-        self._answering.controller.path(
+        self._cycle.controller.path(
             matrices, [stamp_of(pose['header']) for pose in poses], message['header']['frame_id'])
         self._recording.write(record, data)
 

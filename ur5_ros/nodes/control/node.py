@@ -61,7 +61,7 @@ class ControlNode:
         self.parameters = declare(self.node, ControlParameters, elsewhere)
         refuse_folder(self.parameters.bag)
         self._logger = self.node.get_logger()
-        with compiling(self._logger, stop):  # and planning, before anything is heard
+        with compiling(self._logger, stop):  # and planning, before anything is subscribed to
             controller = controller_from_parameters(self.parameters)
         self.recording = Recording(
             self.parameters.bag, 'control', self.parameters.max_bagfile_duration,
@@ -73,14 +73,14 @@ class ControlNode:
         self.outputs = ControlOutputs(
             self.node, topics, self.recording, self.parameters, controller.arm.name)
         self.refusals = Refusals(self._logger.warning)
-        self.answering = ControlCycle(
+        self.cycle = ControlCycle(
             controller, self.outputs, self.recording, self.parameters, self._logger,
-            self._begin_anew)
-        self.inputs = ControlInputs(topics, self.recording, self.answering, self.parameters)
-        self._heard: dict[int, tuple[str, int, Any]] = dict(self.inputs.heard)
-        for role, take in (('joint_states', self.answering.take), ('run', self._take_run)):
+            self._begin_run)
+        self.inputs = ControlInputs(topics, self.recording, self.cycle, self.parameters)
+        self._subscriptions: dict[int, tuple[str, int, Any]] = dict(self.inputs.subscriptions)
+        for role, take in (('joint_states', self.cycle.take), ('run', self._take_run)):
             number, record = topics.subscribe(role)
-            self._heard[number] = (topics.names[role], record, take)
+            self._subscriptions[number] = (topics.names[role], record, take)
         self._run_name = ''
         self._started_with = controller.parameters
         self._changes: list[dict[str, Any]] = []
@@ -92,9 +92,9 @@ class ControlNode:
         self._loop.start()
 
     def begin(self) -> None:
-        """Say what is waited for."""
+        """Log what is waited for."""
         use_realtime(self.parameters.realtime_priority, self._logger)
-        self._tell_waiting()
+        self._log_waiting()
 
     def turn(self) -> bool:
         """Answer the states that come; return whether any message has come."""
@@ -108,7 +108,7 @@ class ControlNode:
         return bool(messages)
 
     def _hear(self, number: int, data: bytes) -> None:
-        topic, record, take = self._heard[number]
+        topic, record, take = self._subscriptions[number]
         try:
             take(record, data)
         except InputError as error:
@@ -120,8 +120,8 @@ class ControlNode:
 
     def change(self, changes: dict[str, Any]) -> None:
         """Change live parameters; they act from the next state, and the bag knows."""
-        self.answering.controller.change(changes)
-        self._changes.append({'stamp': self.answering.stamp, **changes})
+        self.cycle.controller.change(changes)
+        self._changes.append({'stamp': self.cycle.stamp, **changes})
         self.recording.note('parameter_changes', {'changes': self._changes})
 
     def _take_run(self, record: int, data: bytes) -> None:
@@ -131,24 +131,24 @@ class ControlNode:
         if not name or len(name) > 200 or '/' in name or name.startswith('.'):
             raise InputError(f'{name[:60]!r} names no run; give a word that can name a folder')
         if self._run_name:
-            self._begin_anew()
+            self._begin_run()
         self._open_bag(name)
         self.recording.write(record, data)
 
-    def _begin_anew(self) -> None:
+    def _begin_run(self) -> None:
         """Close the run, and let what comes wait for the name of the next."""
         self._logger.info('the robot started again: a new run')
         self._close_bag('a new run began')
         self._run_name = ''
         self._changes = []
-        self._started_with = self.answering.controller.parameters
-        self.answering.begin_anew()
+        self._started_with = self.cycle.controller.parameters
+        self.cycle.begin_run()
 
     def _open_bag(self, name: str) -> None:
         self._run_name = name
         arm = self.parameters.arm
         self.recording.begin(name, describe(
-            'control', name, self.answering.controller.arm.name, arm_text(arm),
+            'control', name, self.cycle.controller.arm.name, arm_text(arm),
             self._started_with.by_name(), self._names, fingerprint()))
         if self._changes:
             self.recording.note('parameter_changes', {'changes': self._changes})
@@ -158,17 +158,17 @@ class ControlNode:
     def _close_bag(self, reason: str) -> None:
         self.recording.end({
             'reason': reason, 'run': self._run_name,
-            'hashes': {'joint_states': self.answering.hash.hexdigest(),
+            'hashes': {'joint_states': self.cycle.hash.hexdigest(),
                        'joint_command': self.outputs.hash.hexdigest()},
             'periods': self.outputs.hash.count, 'counters': self.counters(),
         })
 
     def counters(self) -> dict[str, Any]:
         """Return what was counted so far."""
-        return {**self.answering.counters(), **self.refusals.counts}
+        return {**self.cycle.counters(), **self.refusals.counts}
 
     def _poll_graph(self) -> None:
-        """Find out who plays the robot, and whom the node cannot hear; tell the loop."""
+        """Look for the publishers of states and for incompatible ones; report them to the loop."""
         found = incompatible_publishers(self.node, self._topics)
         states = self._names['joint_states']
         robots = [each.node_name for each in self.node.get_publishers_info_by_topic(states)]
@@ -176,29 +176,29 @@ class ControlNode:
             found.append((states, 'two robots',
                           f'published by {", ".join(sorted(robots))}; keep one of them'))
 
-        def tell() -> None:
+        def report_found() -> None:
             self._robots = len(robots)
             for sentence in found:
                 self.refusals.add(*sentence)
 
-        self.requests.post(tell)
+        self.requests.post(report_found)
 
     def _report(self) -> None:
-        self.answering.watch()
+        self.cycle.watch()
         if self.recording.failure:
             self.refusals.add('bag', 'failure', self.recording.failure)
-        if not self.answering.first_at:
-            self._tell_waiting()
-        elif not self._run_name and time.monotonic() - self.answering.first_at > NAMING_TIME:
+        if not self.cycle.first_at:
+            self._log_waiting()
+        elif not self._run_name and time.monotonic() - self.cycle.first_at > NAMING_TIME:
             self._open_bag(run_of(self.recording.where, new_run_name))
             self._logger.warning('no simulator named the run; it is called ' + self._run_name)
-        level, word, values = self.answering.report()
+        level, word, values = self.cycle.report()
         values['last_refusal'] = self.refusals.last or values['last_refusal']
         values |= self.counters() | {'bag_lost': self.recording.lost}
-        self.outputs.diagnostics(self.answering.stamp, ERROR if self._robots > 1 else level, word,
+        self.outputs.diagnostics(self.cycle.stamp, ERROR if self._robots > 1 else level, word,
                                  values)
 
-    def _tell_waiting(self) -> None:
+    def _log_waiting(self) -> None:
         if self._waiting_line('waiting'):
             self._logger.info(f'waiting for states on {self._names["joint_states"]}')
 
@@ -206,12 +206,12 @@ class ControlNode:
         """Close the bag, and return the exit code."""
         self.requests.close()
         self._loop.close()
-        if self.recording.where and not self.recording.is_open and self.answering.first_at:
+        if self.recording.where and not self.recording.is_open and self.cycle.first_at:
             self._open_bag(run_of(self.recording.where, new_run_name))
         self._close_bag(reason)
         lost, failure = self.recording.lost, self.recording.failure
         if lost or failure:
             self._logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
         self._logger.info(f'ends: {reason}')
-        self.node.destroy_node()  # tells the others, who would keep a ghost for seconds
+        self.node.destroy_node()  # the others would list it for seconds otherwise
         return LOSS if lost or failure else DONE

@@ -25,11 +25,11 @@ def offer_services(node: Node, control: Any) -> None:
     """
     def start(request: Any) -> str:
         # the controller may be another one by the time that the loop gets to it
-        control.requests.call(lambda: control.answering.controller.start_experiment())
+        control.requests.call(lambda: control.cycle.controller.start_experiment())
         return 'the experiment starts'
 
     def hold(request: Any) -> str:
-        control.requests.call(lambda: control.answering.controller.hold())
+        control.requests.call(lambda: control.cycle.controller.hold())
         return 'the arm comes to rest'
 
     add_service(node, Trigger, '~/start_experiment', start)

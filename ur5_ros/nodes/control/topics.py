@@ -68,7 +68,7 @@ class ControlOutputs:
         self.hash = PayloadHash(self._command)
         self._last = b''
 
-    def begin_anew(self) -> None:
+    def begin_run(self) -> None:
         """Hash and copy nothing of the run before."""
         self.hash = PayloadHash(self._command)
         self._last = b''

@@ -88,7 +88,7 @@ class TrajectoryAction:
     """
 
     def __init__(self, node: Node, control: Any, action_type: Any) -> None:
-        from rclpy.action import ActionServer, CancelResponse  # loaded by nobody else
+        from rclpy.action import ActionServer, CancelResponse  # needed here alone
         self._control, self._type = control, action_type
         self._open: list[tuple[Any, Controller, int]] = []
         self._server = ActionServer(
@@ -105,14 +105,14 @@ class TrajectoryAction:
         except InputError as refusal:
             self._finish(goal, Verdict(ResultCode.INVALID_GOAL, str(refusal)))
             return
-        self._open.append((goal, self._control.answering.controller, number))
+        self._open.append((goal, self._control.cycle.controller, number))
 
     def _look(self) -> None:
-        """Hand out what has ended, stop what was cancelled, tell the others how far they are."""
+        """Hand out what has ended, stop what was cancelled, publish the progress of the others."""
         still_open = []
         for goal, begun_by, number in self._open:
             verdict = begun_by.goal_verdict(number)
-            if verdict is None and begun_by is not self._control.answering.controller:
+            if verdict is None and begun_by is not self._control.cycle.controller:
                 verdict = Verdict(ResultCode.INVALID_GOAL, 'the robot started again')
             if verdict is None and goal.is_cancel_requested:
                 self._ask(lambda controller: controller.hold())
@@ -137,20 +137,20 @@ class TrajectoryAction:
         goal.execute(end)
 
     def _feedback(self) -> Any:
-        controller = self._control.answering.controller
+        controller = self._control.cycle.controller
         state, answer = self._ask(lambda controller: controller.last)
         prefix = controller.parameters.tf_prefix
         feedback = self._type.Feedback(joint_names=[prefix + name for name in JOINT_NAMES])
         feedback.header.stamp.sec, feedback.header.stamp.nanosec = divmod(answer.stamp, 10**9)
-        wanted = answer.reference
-        for point, q, qd in ((feedback.desired, wanted.q, wanted.qd),
+        desired = answer.reference
+        for point, q, qd in ((feedback.desired, desired.q, desired.qd),
                              (feedback.actual, state.q, state.qd),
-                             (feedback.error, wanted.q - state.q, wanted.qd - state.qd)):
+                             (feedback.error, desired.q - state.q, desired.qd - state.qd)):
             point.positions, point.velocities = q.tolist(), qd.tolist()
         return feedback
 
     def _ask(self, question: Any) -> Any:
-        return self._control.requests.call(lambda: question(self._control.answering.controller))
+        return self._control.requests.call(lambda: question(self._control.cycle.controller))
 
     def _no_verdict(self, goal: Any) -> Any:
         goal.abort()

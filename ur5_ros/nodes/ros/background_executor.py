@@ -65,7 +65,7 @@ class LoopRequests:
         return request.result
 
     def post(self, work: Callable[[], Any]) -> None:
-        """Have the loop do ``work`` some time; nobody waits."""
+        """Have the loop do ``work`` some time, without waiting for it."""
         self._waiting.append(_Request(work))
         self._wake()
 

@@ -1,4 +1,4 @@
-"""What a node says about itself once a second, and what it says when it refuses something."""
+"""Throttled log lines, counted refusals, and when the next report is due."""
 
 import time
 from collections.abc import Callable
@@ -27,27 +27,27 @@ class Throttle:
 
 class Refusals:
     """
-    Counts what was refused, by topic and kind, and says so in words now and then.
+    Counts what was refused, by topic and kind, and reports them in words now and then.
 
     Parameters
     ----------
     warn : callable
         Logs a line.
-    tell : callable
-        ``tell(topic, reason, count)``: what else happens when a line goes out.
+    report : callable
+        ``report(topic, reason, count)`` is called with every line.
 
     """
 
     def __init__(
         self, warn: Callable[[str], Any],
-        tell: Callable[[str, str, int], None] = lambda topic, reason, count: None,
+        report: Callable[[str, str, int], None] = lambda topic, reason, count: None,
     ) -> None:
         self.counts: dict[str, int] = {}
         """``'<topic>: <kind>'`` to how often."""
         self.last = ''
         """The last refusal in words."""
         self._warn = warn
-        self._tell = tell
+        self._report = report
         self._throttle = Throttle()
 
     @property
@@ -74,12 +74,12 @@ class Refusals:
         count = self.counts[key] = self.counts.get(key, 0) + 1
         if self._throttle(key):
             self._warn(f'refused {topic}: {reason}' + (f' ({count} so far)' if count > 1 else ''))
-            self._tell(topic, reason, count)
+            self._report(topic, reason, count)
 
 
 class EverySecond:
     """
-    Says when the next report is due, on the steady clock.
+    Knows when the next report is due, on the steady clock.
 
     Parameters
     ----------

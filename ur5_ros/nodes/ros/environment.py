@@ -1,4 +1,4 @@
-"""What the environment says, judged before the middleware reads it: it would end the process."""
+"""Environment variables, checked before the middleware reads them: it would end the process."""
 
 import os
 import re
@@ -42,12 +42,12 @@ def require_environment(arguments: Sequence[str] | None = None) -> None:
     try:
         check_environment()
     except InputError as error:
-        tell_refusal(sys.argv if arguments is None else arguments, error)
+        print_refusal(sys.argv if arguments is None else arguments, error)
         sys.exit(REFUSED)
 
 
-def tell_refusal(arguments: Sequence[str], error: InputError) -> None:
-    """Say on the error output who refuses what."""
+def print_refusal(arguments: Sequence[str], error: InputError) -> None:
+    """Print a refusal on the error output."""
     program = os.path.basename(arguments[0]).removesuffix('.py') if arguments else 'node'
     print(f'{program}: {error}', file=sys.stderr)
 
@@ -115,7 +115,7 @@ def _check_profile(name: str, path: str) -> None:
 
 
 def _check_middleware(name: str) -> None:
-    """Load the middleware in a child process, whose end tells that it is not there."""
+    """Load the middleware in a child process, whose exit code reports whether it is there."""
     readable, writable = os.pipe()
     child = os.fork()
     if child == 0:

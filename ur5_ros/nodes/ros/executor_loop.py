@@ -1,4 +1,4 @@
-"""The plain twin of the hot loop: message objects from rclpy's own executor, the same bits."""
+"""The loop with rclpy's own executor and message objects; the same bits."""
 
 import traceback
 from collections.abc import Callable
@@ -32,7 +32,7 @@ class ExecutorLoop:
         self._count = 0
         self._taken: list[Message] = []
         self.asked = True
-        """Whether a watched service may have a request: always, as nobody knows."""
+        """Whether a watched service may have a request: always, as this loop does not know."""
         self._executor = SingleThreadedExecutor(context=node.context)
 
     def subscribe(self, message_type: type, topic: str, qos: QoSProfile,

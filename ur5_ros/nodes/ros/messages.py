@@ -113,7 +113,7 @@ class StateReader:
 
     def read(self, data: bytes) -> ArmState:
         """
-        Return the state; whether its numbers can be believed the controller judges.
+        Return the state; its numbers are validated by the controller.
 
         Raises
         ------

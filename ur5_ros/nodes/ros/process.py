@@ -19,7 +19,7 @@ from rclpy.utilities import remove_ros_args
 from ur5_ros.config.parameter_files import files_of, sections
 from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.compile_notice import on_compile
-from ur5_ros.nodes.ros.environment import REFUSED, tell_refusal
+from ur5_ros.nodes.ros.environment import REFUSED, print_refusal
 from ur5_ros.nodes.ros.shutdown import StopRequest
 
 #: Exit codes besides REFUSED: done; an error of the program; done, but the recording lost some.
@@ -48,7 +48,7 @@ def pin_to_core(core: str) -> None:
         raise InputError(f'UR5_ROS_CORE is {core!r}; give one of: '
                          f'{", ".join(map(str, sorted(allowed)))}, or unset it')
     os.sched_setaffinity(0, {int(core)})
-    if os.sched_getscheduler(0) == os.SCHED_OTHER:  # whoever chose another policy has a reason
+    if os.sched_getscheduler(0) == os.SCHED_OTHER:  # another policy is a choice of the user's
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
@@ -75,7 +75,7 @@ def run_node(
     try:
         code = _run(create, arguments, stop)
     except InputError as error:
-        tell_refusal(arguments, error)
+        print_refusal(arguments, error)
         code = REFUSED
     finally:
         rclpy.try_shutdown()
@@ -86,7 +86,7 @@ def run_node(
 
 
 def fault(logger: Any, error: Exception) -> str:
-    """Log an error that nobody foresaw in one line, where it is as a debug line; return it."""
+    """Log an unexpected error in one line, its place as a debug line; return it."""
     reason = f'fault: {type(error).__name__}: {error}'
     logger.error(reason)
     logger.debug(''.join(traceback.format_exception(error)))
@@ -150,7 +150,7 @@ def _turns(node: Any, stop: StopRequest) -> int:
         while not stop.reason:
             node.turn()
     except InputError as error:
-        tell_refusal(sys.argv, error)
+        print_refusal(sys.argv, error)
         return max(REFUSED, node.end(str(error)))
     except Exception as error:
         return max(FAULT, node.end(fault(rclpy.logging.get_logger('ur5_ros'), error)))
@@ -158,7 +158,7 @@ def _turns(node: Any, stop: StopRequest) -> int:
 
 
 def _one_line(error: Exception) -> str:
-    """Return what rcl says of a bad argument or file, without its source lines."""
+    """Return rcl's message about a bad argument or file, without its source lines."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     text = lines[0] if lines else type(error).__name__
     return text.partition(', at ')[0]

@@ -82,7 +82,7 @@ class Recording:
         run : str
             Name of the run.
         description : mapping of str to str
-            What the bag says about itself.
+            The bag's description.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Signals to an orderly end: the loop is told once, what it does last it does undisturbed."""
+"""Signals to an orderly end: the loop sees the request, and ends undisturbed."""
 
 import signal
 from types import FrameType

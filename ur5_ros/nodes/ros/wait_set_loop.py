@@ -13,8 +13,8 @@ from ur5_ros.nodes.ros.background_executor import BackgroundExecutor
 
 Message = tuple[int, bytes]
 
-#: How often it is looked whether anybody hears what only onlookers subscribe to [s].
-LOOK = 0.02
+#: How often a lazy publisher looks for subscriptions [s].
+LAZY_POLL_PERIOD = 0.02
 
 #: While nothing but hot messages come, all else is looked after this often [s].
 HOT_POLL_PERIOD = 0.01
@@ -27,7 +27,7 @@ class ReservedGroup(CallbackGroup):
         """
         Return False, so that the executor leaves it alone.
 
-        This holds for QoS events too: Fast DDS wakes whoever waits for them with every message.
+        This holds for QoS events too: Fast DDS ends a wait for them with every message.
 
         """
         return False
@@ -93,16 +93,16 @@ class WaitSetLoop:
         """Return the same for what may have no subscription: the middleware is then spared it."""
         handle = self._node.create_publisher(message_type, topic, qos).handle
         publish, count, now = handle.publish_raw, handle.get_subscription_count, time.monotonic
-        heard, due = False, 0.0
+        subscribed, due = False, 0.0
 
-        def publish_where_heard(data: bytes) -> None:
-            nonlocal heard, due
+        def publish_if_subscribed(data: bytes) -> None:
+            nonlocal subscribed, due
             if now() >= due:
-                heard, due = count() > 0, now() + LOOK
-            if heard:
+                subscribed, due = count() > 0, now() + LAZY_POLL_PERIOD
+            if subscribed:
                 publish(data)
 
-        return publish_where_heard
+        return publish_if_subscribed
 
     def watch_service(self, service: Any) -> None:
         """Let a request to a service, which no executor serves, end a wait."""
@@ -199,4 +199,4 @@ class WaitSetLoop:
 
 
 def _nothing(*_: Any) -> None:
-    """Stand where rclpy wants a callback that it will never call."""
+    """Take the place of a callback that is never called."""

@@ -1,4 +1,4 @@
-"""What the simulator says of itself once a second, and who else it finds on its topics."""
+"""Diagnostics of the simulator once a second, and the other nodes on its topics."""
 
 from typing import Any
 
@@ -7,25 +7,25 @@ from ur5_ros.nodes.ros.topics import incompatible_publishers
 
 
 def check_publishers(sim: Any) -> None:
-    """Find out who commands the arm, and whom the node cannot hear; tell the loop."""
+    """Look for the publishers of commands and for incompatible ones; report them to the loop."""
     names = {}
     for topic in sim.inputs.command_topics:
         found = sim.node.get_publishers_info_by_topic(topic)
         names[topic] = [(each.node_namespace.rstrip('/') + '/' + each.node_name)
                         for each in found]
-    deaf = incompatible_publishers(sim.node, sim.topics)
+    incompatible = incompatible_publishers(sim.node, sim.topics)
     simulators = [each.node_namespace.rstrip('/') + '/' + each.node_name
                   for each in sim.node.get_publishers_info_by_topic(
                       sim.topics.names['joint_states'])]
 
-    def tell() -> None:
+    def report_found() -> None:
         sim.gate.publishers(names)
         sim.second_simulator = simulators[-1] if len(simulators) > 1 else ''
         sim.publishers_conflict |= sum(map(len, names.values())) > 1
-        for sentence in deaf:
+        for sentence in incompatible:
             sim.inputs.refusals.add(*sentence)
 
-    sim.inputs.requests.post(tell)
+    sim.inputs.requests.post(report_found)
 
 
 def counters(sim: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What the simulator hears: commands, wrenches, requests; the hostile refused."""
+"""Inputs of the simulator: commands, wrenches, requests; what is malformed is refused."""
 
 from typing import Any
 
@@ -45,7 +45,7 @@ class SimInputs:
         self, loop: Any, topics: Topics, recording: Recording, simulation: Simulation,
         gate: CommandGate, steps: StepQueue, parameters: SimParameters,
     ) -> None:
-        self.refusals = Refusals(lambda line: None, self._tell_refusal)
+        self.refusals = Refusals(lambda line: None, self._log_refusal)
         self.requests = LoopRequests(loop.wake)
         self.last_was_stamped = False
         """Whether the last command taken named its state, so that a copy does no harm."""
@@ -134,6 +134,6 @@ class SimInputs:
         self._recording.write(record, data)
         self._simulation.send_events(self._simulation.plant)
 
-    def _tell_refusal(self, topic: str, reason: str, count: int) -> None:
-        self._simulation.tell('refused', f'{topic}: refused: {reason} ({count} so far)',
+    def _log_refusal(self, topic: str, reason: str, count: int) -> None:
+        self._simulation.log('refused', f'{topic}: refused: {reason} ({count} so far)',
                               topic=topic, reason=reason, count=count)

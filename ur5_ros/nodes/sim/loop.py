@@ -25,7 +25,7 @@ class SimLoop:
     simulation : Simulation
         The plant on its topics.
     inputs : SimInputs
-        What is heard.
+        Its subscriptions and requests.
     gate : CommandGate
         Decides which command acts, and when.
     parameters : SimParameters
@@ -51,7 +51,7 @@ class SimLoop:
 
     def turn(self) -> bool:
         """
-        Hear what has come or comes within the wait, then take a period if one is due.
+        Receive what has come or comes within the wait, then take a period if one is due.
 
         Returns
         -------
@@ -60,17 +60,17 @@ class SimLoop:
 
         """
         simulation, gate = self._simulation, self._gate
-        heard = self._inputs.receive(self._wait)
+        received = self._inputs.receive(self._wait)
         decision = gate.next() if simulation.may_step else PAUSED
         if decision.step:
             simulation.advance(decision.command)
             gate.published(simulation.plant.k)
             self._inputs.answer_step()
-        elif decision.resend or (not heard and self._answer_may_be_lost()):
+        elif decision.resend or (not received and self._answer_may_be_lost()):
             simulation.outputs.state_again()
         self._wait = self._time_to_wait(decision)
         simulation.send_events(gate)
-        return heard or decision.step
+        return received or decision.step
 
     def _time_to_wait(self, decision: Decision) -> float:
         """Return the longest wait [s] for the next message."""

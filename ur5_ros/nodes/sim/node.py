@@ -35,7 +35,7 @@ from ur5_ros.sim.plant import plant_from_parameters
 from ur5_ros.sim.urdf import urdf_text
 
 
-class Simulator:
+class SimNode:
     """
     The simulator on its topics.
 
@@ -99,7 +99,7 @@ class Simulator:
         self._turns.begin()
 
     def turn(self) -> bool:
-        """Take a period, or hear what comes; return whether there was anything to do."""
+        """Take a period, or receive what comes; return whether there was anything to do."""
         busy = self._turns.turn()
         if self.simulation.finished:
             self.stop.ask('stop_after')
@@ -107,9 +107,9 @@ class Simulator:
             report(self)
         return busy
 
-    def pause(self, wanted: bool) -> str:
+    def pause(self, paused: bool) -> str:
         """Stop or let go simulated time."""
-        word = self.simulation.pause(wanted)
+        word = self.simulation.pause(paused)
         if not self.simulation.paused:
             self.steps.refuse_all(self.simulation, 'the pause ended first')
             self.gate.resumed()
@@ -150,5 +150,5 @@ class Simulator:
         if lost or failure:
             self.logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
         self.logger.info(f'ends at {self.simulation.plant.stamp * 1e-9:.3f} s: {reason}')
-        self.node.destroy_node()  # tells the others, who would keep a ghost for seconds
+        self.node.destroy_node()  # the others would list it for seconds otherwise
         return LOSS if lost or failure else DONE

@@ -18,7 +18,7 @@ from ur5_ros.nodes.sim.simulation_interfaces import offer_standard_services
 MOST_WAITING = 100
 
 
-class Step(NamedTuple):
+class StepRequest(NamedTuple):
     """A request for periods that is under way."""
 
     service: Any
@@ -44,7 +44,7 @@ class StepQueue:
         self._node = node
         self._loop = loop
         self._services: list[tuple[Any, Callable, Callable]] = []
-        self._waiting: deque[Step] = deque()
+        self._waiting: deque[StepRequest] = deque()
         self._taken = 0
 
         def fill(response: Trigger.Response, success: bool, message: str) -> None:
@@ -69,7 +69,7 @@ class StepQueue:
         name : str
             Its name.
         steps_of : callable
-            Returns how many periods a request wants.
+            Returns how many periods are requested.
         fill : callable
             ``fill(response, success, message)``.
 
@@ -81,14 +81,14 @@ class StepQueue:
         self._services.append((service, steps_of, fill))
 
     def look(self, simulation: Simulation) -> bool:
-        """Let in or refuse the requests that have come; return whether one was let in."""
-        let_in = False
+        """Accept or refuse the requests that have come; return whether one was accepted."""
+        accepted = False
         for service, steps_of, fill in self._services:
             while True:
                 request, header = service.handle.service_take_request(service.srv_type.Request)
                 if request is None:
                     break
-                step = Step(service, header, fill, steps_of(request))
+                step = StepRequest(service, header, fill, steps_of(request))
                 if not simulation.paused:
                     _respond(step, False, 'time is running; call ~/pause with true first')
                 elif len(self._waiting) >= MOST_WAITING:
@@ -97,9 +97,9 @@ class StepQueue:
                     _respond(step, True, f'state {simulation.plant.k} stands')
                 else:
                     self._waiting.append(step)
-                    simulation.steps_wanted += step.steps
-                    let_in = True
-        return let_in
+                    simulation.steps_requested += step.steps
+                    accepted = True
+        return accepted
 
     def answer(self, simulation: Simulation) -> None:
         """Take note of a period; answer the first request if it was its last."""
@@ -110,12 +110,12 @@ class StepQueue:
 
     def refuse_all(self, simulation: Simulation, why: str) -> None:
         """Answer all requests that will not get their periods."""
-        simulation.steps_wanted = self._taken = 0
+        simulation.steps_requested = self._taken = 0
         while self._waiting:
             _respond(self._waiting.popleft(), False, why)
 
 
-def _respond(step: Step, success: bool, message: str) -> None:
+def _respond(step: StepRequest, success: bool, message: str) -> None:
     response = step.service.srv_type.Response()
     step.respond(response, success, message)
     step.service.send_response(response, step.header)
@@ -129,7 +129,7 @@ def offer_services(node: Node, sim: Any) -> None:
     ----------
     node : rclpy.node.Node
         The node.
-    sim : Simulator
+    sim : SimNode
         Whose loop does what is asked.
 
     """

@@ -1,4 +1,4 @@
-"""The plant on its topics: one period at a time, whoever decides when."""
+"""The plant on its topics, one period at a time."""
 
 from typing import Any
 
@@ -16,13 +16,13 @@ BRAKING_TIME = 0.2
 #: Joint speed that counts as rest [rad/s].
 REST = 1e-3
 
-#: Kinds of event that a person should see in the log.
-_LOUD = ('limit', 'protective_stop', 'fallback', 'lockstep', 'publishers', 'refused')
+#: Kinds of event that are warnings in the log.
+_WARNINGS = ('limit', 'protective_stop', 'fallback', 'lockstep', 'publishers', 'refused')
 
 
 class Simulation:
     """
-    Steps the plant and tells the world.
+    Steps the plant and publishes its states and events.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Simulation:
         self.outputs = outputs
         self.logger = logger
         self.paused = False
-        self.steps_wanted = 0
+        self.steps_requested = 0
         """Periods to take while paused."""
         rate = parameters.control_rate
         self.period = 1.0 / rate
@@ -59,8 +59,8 @@ class Simulation:
 
     @property
     def may_step(self) -> bool:
-        """Whether time may go on: not paused, or a single step is wanted."""
-        return not self.paused or self.steps_wanted > 0
+        """Whether time may go on: not paused, or a single step is requested."""
+        return not self.paused or self.steps_requested > 0
 
     def begin(self) -> None:
         """Send state 1."""
@@ -77,24 +77,24 @@ class Simulation:
 
         """
         self._send(self.plant.step(command))
-        if self.steps_wanted:
-            self.steps_wanted -= 1
+        if self.steps_requested:
+            self.steps_requested -= 1
 
     def reset(self) -> str:
         """Put the arm back; return what to answer."""
         self._send(self.plant.reset())
         return f'state {self.plant.k} is the initial one'
 
-    def pause(self, wanted: bool) -> str:
+    def pause(self, paused: bool) -> str:
         """Stop or let go simulated time; return what to answer."""
-        word = 'paused' if wanted else 'running'
-        if wanted == self.paused:
+        word = 'paused' if paused else 'running'
+        if paused == self.paused:
             return f'{word} already'
-        self.paused = wanted
-        self.tell('pause', word, active=wanted)
+        self.paused = paused
+        self.log('pause', word, active=paused)
         return word
 
-    def tell(self, kind: str, message: str, **values: Any) -> None:
+    def log(self, kind: str, message: str, **values: Any) -> None:
         """Send an event that acts from the present state."""
         self._send_event(event(self.plant.stamp, kind, message, **values))
 
@@ -105,9 +105,9 @@ class Simulation:
                 break
             self.advance(None)
 
-    def send_events(self, teller: Any) -> None:
-        """Send what the plant or the gate has to tell."""
-        for each in teller.drain_events():
+    def send_events(self, source: Any) -> None:
+        """Send the events of the plant or the gate."""
+        for each in source.drain_events():
             self._send_event(each)
 
     def _send(self, state: Any) -> None:
@@ -119,7 +119,7 @@ class Simulation:
     def _send_event(self, each: Event) -> None:
         self.outputs.event(each)
         what = each.kind + each.values.get('reason', each.message)
-        if each.kind in _LOUD and self._throttle(what):
+        if each.kind in _WARNINGS and self._throttle(what):
             self.logger.warning(f'{each.message} ({each.stamp * 1e-9:.3f} s)')
 
 

@@ -34,7 +34,7 @@ def offer_standard_services(node: Node, sim: Any) -> bool:
     ----------
     node : rclpy.node.Node
         The node.
-    sim : Simulator
+    sim : SimNode
         Whose loop does what is asked.
 
     Returns

@@ -1,4 +1,4 @@
-"""What the simulator sends: states, clock, events, truth, diagnostics."""
+"""Outputs of the simulator: states, clock, events, truth, diagnostics."""
 
 import json
 from typing import Any
@@ -59,7 +59,7 @@ class SimOutputs:
         self._last_clock = b''
 
     def introduce(self, run: str, description: str) -> None:
-        """Send the run's name and the robot's description, for whoever comes later too."""
+        """Send the run's name and the robot's description, also to subscribers that come later."""
         self._run = encode_string(run)
         self._publish_run(self._run)
         self._recording.write(self._run_id, self._run)
