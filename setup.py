@@ -34,6 +34,7 @@ setup(
         shared('config', '*.*'),
         shared('config/arms', '*.yaml'),
         shared('config/experiments', '*.yaml'),
+        shared('config/worlds', '*.yaml'),
         shared('config/sweeps', '*.yaml'),
         shared('config/layouts', '*.*'),
         shared('launch', '*.launch.py'),

@@ -7,7 +7,7 @@ from python_page import page as python
 from typer.main import get_command
 
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS, Parameter
-from ur5_ros.config.topics import CONTROL_TOPICS, SIM_TOPICS, Topic
+from ur5_ros.config.topics import CONTROL_TOPICS, SIM_TOPICS, WORLD_TOPICS, Topic
 
 HERE = Path(__file__).resolve().parent
 
@@ -50,7 +50,7 @@ def _row(parameter: Parameter) -> str:
 def topics() -> str:
     """Return the page of topics: the one that is there, with the tables as they are declared."""
     text = (HERE / 'reference/topics.md').read_text(encoding='utf-8')
-    for node, declared in (('sim', SIM_TOPICS), ('control', CONTROL_TOPICS)):
+    for node, declared in (('sim', (*SIM_TOPICS, *WORLD_TOPICS)), ('control', CONTROL_TOPICS)):
         lines = ['| | name | type | unit | QoS | notes |', '|---|---|---|---|---|---|']
         lines += [_topic_row(topic) for topic in declared]
         begin, end = f'<!-- topics of {node}_node -->\n\n', '\n\n<!-- end -->'

@@ -121,6 +121,7 @@ def _jumps(run: Run) -> np.ndarray:
         rows = known[start:start + CHUNK]
         q, qd, qdd = (part[rows] for part in star)
         torque = inverse_dynamics(q + arm.angle_offset, qd, qdd, arm)
+        torque = np.repeat(torque[:, None], n, axis=1)
         q, qd = predict(PlantModel(arm), q, qd, torque, run.h / n, n)
         jump[rows] = np.hstack([q - star.q[rows + 1], qd - star.qd[rows + 1]])
     return jump

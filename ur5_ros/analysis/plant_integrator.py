@@ -70,15 +70,17 @@ def predict(
     model: PlantModel, q: np.ndarray, qd: np.ndarray, effort: np.ndarray, h: float, substeps: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return positions and velocities one control period later, under constant effort, (n, 6).
+    Return positions and velocities one control period later, (n, 6).
+
+    ``effort`` is the torque in each physics step [N m], shape (n, substeps, 6).
 
     Each physics step of ``h`` [s] solves M (qd' - qd)/h + C qd + g + D qd' + f(qd') = effort +
     J^T w for qd', f being Coulomb friction at the new velocity, and takes q' = q + h qd'.  NaN
     where no set of sticking joints was found.
 
     """
-    for _ in range(substeps):
-        q, qd = _step(model, q, qd, effort, h)
+    for i in range(substeps):
+        q, qd = _step(model, q, qd, effort[:, i], h)
     return q, qd
 
 

@@ -31,12 +31,13 @@ def residual(run: Run, models: list[tuple[int, PlantModel]]) -> Residual:
 
     r_k = M(q_k)(qd_{k+1} - qd_k)/h + C qd_k + g + D qd_{k+1} + f(qd_{k+1}) - J^T w - effort_{k+1},
     D, f and w being the friction and the wrench of the plant model in force from each row of
-    ``models`` on; with n physics steps a period the model is integrated n times under constant
-    effort, and r_k = M(q_k)(qd_{k+1} - prediction)/(n h).  Exact states are used where they are
-    recorded; a joint at its stop is left out.
+    ``models`` on; where there is a world, the torque of its contacts adds to the effort.  With n
+    physics steps a period the model is integrated n times, and r_k = M(q_k)(qd_{k+1} -
+    prediction)/(n h).  Exact states are used where they are recorded; a joint at its stop is left
+    out.
 
     """
-    q, qd, effort = run.exact
+    q, qd, _ = run.exact
     last = len(q) - 1
     whole = run.steps
     torque = np.full((last, 6), np.nan)
@@ -48,7 +49,7 @@ def residual(run: Run, models: list[tuple[int, PlantModel]]) -> Residual:
             rows = rows[whole[rows]]
             if len(rows):
                 torque[rows], position[rows] = _defects(
-                    model, q[rows], qd[rows], effort[rows + 1], q[rows + 1], qd[rows + 1], run)
+                    model, q[rows], qd[rows], run.applied(rows), q[rows + 1], qd[rows + 1], run)
     return Residual(torque, position)
 
 
@@ -57,7 +58,7 @@ def _defects(model, q, qd, effort, q_next, qd_next, run):
     h, n = 1.0 / run.physics_rate, run.substeps
     angles = q + model.arm.angle_offset
     if n == 1:
-        torque = inverse_dynamics(angles, qd, (qd_next - qd) / h, model.arm) - effort
+        torque = inverse_dynamics(angles, qd, (qd_next - qd) / h, model.arm) - effort[:, 0]
         torque += model.viscous * qd_next - model.external(q)
         torque = _beyond_coulomb(torque, qd_next, model.coulomb)
         position = q_next - q - h * qd_next

@@ -76,6 +76,8 @@ def sample_blocks(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> SampleB
 def _samples(run: Run, arm: ArmParameters, rows: np.ndarray) -> SampleBlocks:
     """Return the samples of these rows, shape (b, w)."""
     q, qd, effort = run.exact
+    if run.contact is not None:
+        effort = effort + run.contact.mean(axis=1)
     if run.follows_reference:
         q, qd, qdd = (part[rows] for part in run.required_reference)
         return _against(arm, q, qd, qdd, qd, effort[rows], run.t[rows])

@@ -3,8 +3,10 @@
 from importlib.metadata import version
 from typing import Any
 
+from ur5_ros.analysis.checks.contact import contact_checks
 from ur5_ros.analysis.checks.energy import energy_checks
 from ur5_ros.analysis.checks.error_dynamics import law_checks
+from ur5_ros.analysis.checks.experiment import experiment_checks
 from ur5_ros.analysis.checks.gains import gains_check
 from ur5_ros.analysis.checks.law import law_check
 from ur5_ros.analysis.checks.limits import limits_check
@@ -61,14 +63,18 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
     law, law_series = law_checks(run, marks)
     model, model_series = model_checks(run, marks)
     energy, energy_series = energy_checks(run, marks)
+    contact, contact_series = contact_checks(run, marks)
     checks = [recording_check(run), pairing_check(run, marks), timing_check(run, marks),
               lateness_check(run), repeatability_check(run), *model, law_check(run, marks), *law,
-              gains_check(run, marks, law_series.get('dynamics')), limits_check(run), *energy]
+              gains_check(run, marks, law_series.get('dynamics')), limits_check(run), *energy,
+              *contact, *experiment_checks(run)]
     if not any(check.name in EVIDENCE and check.verdict != NOT_APPLICABLE for check in checks):
         checks.append(Check('evidence', FAIL, 'nothing in the recording says whether model and '
                             'plant agree: torques, commands or the arm are missing'))
-    series = {'run': run, 'delays': delays(run), **law_series, **model_series, **energy_series}
-    return Result(run.name, about(run, marks), tuple(checks), tuple(causes(run, checks)), series)
+    series = {'run': run, 'delays': delays(run), **law_series, **model_series, **energy_series,
+              **contact_series}
+    found = tuple(causes(run, checks, marks['residual']))
+    return Result(run.name, about(run, marks), tuple(checks), found, series)
 
 
 def about(run: Run, marks: Marks) -> dict[str, Any]:

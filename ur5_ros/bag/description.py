@@ -20,6 +20,7 @@ def describe(
     parameters: Mapping[str, Any],
     topics: Mapping[str, str],
     fingerprint: Mapping[str, str],
+    world_text: str = '',
 ) -> dict[str, str]:
     """
     Return the description that goes into a bag's metadata record and its metadata.yaml.
@@ -38,6 +39,8 @@ def describe(
         Role to resolved topic name, such as ``{'joint_states': '/joint_states'}``.
     fingerprint : mapping
         What repeatability to the last bit depends on.
+    world_text : str
+        The YAML text of what stands around the arm; empty for nothing.
 
     Returns
     -------
@@ -56,6 +59,7 @@ def describe(
         'fingerprint': json.dumps(dict(fingerprint), sort_keys=True),
         'seed': str(parameters.get('seed', 0)),
         'topics': json.dumps(dict(topics), sort_keys=True),
+        **({'world': world_text} if world_text else {}),
     }
 
 

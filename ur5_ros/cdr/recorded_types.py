@@ -21,6 +21,7 @@ DEFINITIONS = {
     'geometry_msgs/msg/Point': 'float64 x\nfloat64 y\nfloat64 z\n',
     'geometry_msgs/msg/Pose':
         'geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n',
+    'geometry_msgs/msg/PoseArray': 'std_msgs/Header header\ngeometry_msgs/Pose[] poses\n',
     'geometry_msgs/msg/PoseStamped': 'std_msgs/Header header\ngeometry_msgs/Pose pose\n',
     'geometry_msgs/msg/Quaternion':
         'float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n',
@@ -30,9 +31,12 @@ DEFINITIONS = {
     'geometry_msgs/msg/WrenchStamped': 'std_msgs/Header header\ngeometry_msgs/Wrench wrench\n',
     'nav_msgs/msg/Path': 'std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n',
     'rosgraph_msgs/msg/Clock': 'builtin_interfaces/Time clock\n',
+    'sensor_msgs/msg/CompressedImage':
+        'std_msgs/Header header\nstring format\nuint8[] data\n',
     'sensor_msgs/msg/JointState':
         'std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n'
         'float64[] effort\n',
+    'std_msgs/msg/ColorRGBA': 'float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n',
     'std_msgs/msg/Float64MultiArray': 'std_msgs/MultiArrayLayout layout\nfloat64[] data\n',
     'std_msgs/msg/Header': 'builtin_interfaces/Time stamp\nstring frame_id\n',
     'std_msgs/msg/MultiArrayDimension': 'string label\nuint32 size\nuint32 stride\n',
@@ -45,6 +49,18 @@ DEFINITIONS = {
     'trajectory_msgs/msg/JointTrajectoryPoint':
         'float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\n'
         'float64[] effort\nbuiltin_interfaces/Duration time_from_start\n',
+    'visualization_msgs/msg/Marker':
+        'std_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\n'
+        'geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\n'
+        'builtin_interfaces/Duration lifetime\nbool frame_locked\ngeometry_msgs/Point[] points\n'
+        'std_msgs/ColorRGBA[] colors\nstring texture_resource\n'
+        'sensor_msgs/CompressedImage texture\n'
+        'visualization_msgs/UVCoordinate[] uv_coordinates\nstring text\n'
+        'string mesh_resource\nvisualization_msgs/MeshFile mesh_file\n'
+        'bool mesh_use_embedded_materials\n',
+    'visualization_msgs/msg/MarkerArray': 'visualization_msgs/Marker[] markers\n',
+    'visualization_msgs/msg/MeshFile': 'string filename\nuint8[] data\n',
+    'visualization_msgs/msg/UVCoordinate': 'float32 u\nfloat32 v\n',
 }
 
 #: Line between the parts of a ros2msg schema (MCAP registry of well-known schema encodings).

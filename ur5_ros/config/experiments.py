@@ -6,6 +6,7 @@ import msgspec
 
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
 from ur5_ros.config.strict_yaml import file_names, named_file, read_yaml
+from ur5_ros.config.worlds import EMPTY
 from ur5_ros.errors import InputError
 
 Seconds = Annotated[float, Meta(gt=0.0, le=3600.0)]
@@ -25,12 +26,39 @@ class Wave(Record, frozen=True, kw_only=True):
     phase_degrees: float = 0.0
 
 
+class Figure(Record, frozen=True, kw_only=True):
+    """A number that a run of the experiment should give."""
+
+    name: str
+    quantity: Literal['normal_force', 'friction_ratio', 'stiffness', 'tool_travel',
+                      'tool_position', 'touch_speed', 'object_travel']
+    axis: Axis = 'z'
+    """Of base: along which a force or a position counts."""
+    body: str = ''
+    """Of the world, for ``object_travel``."""
+    window: Annotated[list[Pause], Meta(min_length=2, max_length=2)]
+    """From and to, since the experiment began [s]."""
+    expected: float
+    tolerance: Annotated[float, Meta(gt=0.0)]
+
+
 class _Experiment(Record, frozen=True, kw_only=True):
     name: str
     description: str
     source: str
     start_degrees: Six
     """Manufacturer's joint angles where the motion begins."""
+    start_position: Three | None = None
+    """Where the tool begins in base [m]: ``start_degrees`` then only say which branch."""
+    start_rpy_degrees: Three = msgspec.field(default_factory=lambda: [180.0, 0.0, 0.0])
+    """Roll, pitch, yaw of the tool there."""
+    world: str = EMPTY
+    """What the arm touches: a name of ``config/worlds`` or a file."""
+    sim: dict[str, Any] = {}
+    """Further parameters of the simulator."""
+    control: dict[str, Any] = {}
+    """Further parameters of the controller."""
+    figures: list[Figure] = []
     initial_error: Six = msgspec.field(default_factory=lambda: [0.0] * 6)
     """q(0) - q*(0) [rad]: where the arm stands when the experiment is to show the transient."""
 
@@ -69,14 +97,22 @@ class ToolPolygon(_Experiment, frozen=True, kw_only=True):
     """The tool visits corners in straight lines, at rest in each."""
 
     kind: Literal['tool_polygon']
-    leg_time: Seconds
+    leg_time: Seconds | None = None
+    """Of every leg [s]; or:"""
+    leg_times: list[Seconds] = []
+    """Of each leg [s]; the tool waits where two corners are the same."""
     corners: Annotated[list[Three], Meta(min_length=2, max_length=100)]
     """Positions from the start, axes of base [m]; the first is where it begins."""
 
     @property
     def duration(self) -> float:
         """Seconds from the first corner to the last."""
-        return self.leg_time * (len(self.corners) - 1)
+        return float(sum(self.times))
+
+    @property
+    def times(self) -> list[float]:
+        """Time of each leg [s]."""
+        return self.leg_times or [self.leg_time or 0.0] * (len(self.corners) - 1)
 
 
 class JointWaves(_Experiment, frozen=True, kw_only=True):
@@ -138,8 +174,18 @@ def _record(data: Any, source: str) -> Experiment:
     if not isinstance(kind, str) or kind not in _KINDS:
         raise InputError(f'{source}: kind is {kind!r}; give one of: {", ".join(_KINDS)}')
     experiment = cast(Experiment, validate(_KINDS[kind], data, source))
+    if isinstance(experiment, ToolPolygon):
+        _check_legs(experiment, source)
     ramps = getattr(experiment, 'ramp', 0.0) + getattr(experiment, 'ramp_down', 0.0)
     if ramps > experiment.duration:
         raise InputError(f'{source}: ramp and ramp_down take {ramps:g} s of '
                          f'{experiment.duration:g} s; make the duration longer')
     return experiment
+
+
+def _check_legs(experiment: ToolPolygon, source: str) -> None:
+    legs, times = len(experiment.corners) - 1, len(experiment.leg_times)
+    if (experiment.leg_time is None) == (not times):
+        raise InputError(f'{source}: give leg_time, or leg_times for each leg')
+    if times and times != legs:
+        raise InputError(f'{source}: {times} leg_times for {legs} legs; give {legs}')

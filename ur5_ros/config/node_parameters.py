@@ -89,6 +89,16 @@ class SimParameters(NodeParameters):
     delay_state_periods: int
     seed: int
     gravity: list[float]
+    world: str
+    contact_friction: float
+    contact_restitution: float
+    contact_stiffness: float
+    contact_damping: float
+    force_torque_noise_force: float
+    force_torque_noise_torque: float
+    force_torque_offset: list[float]
+    monitor_rate: float
+    force_limit: float
 
 
 @dataclass(frozen=True)
@@ -116,6 +126,11 @@ class ControlParameters(NodeParameters):
     state_timeout: float
     max_state_jump: float
     monitor_rate: float
+    impedance_stiffness: list[float]
+    impedance_damping: list[float]
+    impedance_inertia: list[float]
+    impedance_frame: str
+    guard_force: float
 
 
 def field_of(name: str) -> str:

@@ -68,6 +68,26 @@ SIM_PARAMETERS = (
     Parameter('publish_clock', True, 'Publish /clock; false for a second simulator.'),
     Parameter('wrench_duration', 0.0, 'An external wrench ends after this simulated time [s]; '
               '0 = until a zero one comes.', 0.0, 1e7, live=True),
+    Parameter('world', 'empty', 'What the arm can touch: a name of config/worlds or a YAML file; '
+              'empty = nothing.'),
+    Parameter('contact.friction', -1.0, "Friction coefficient of every body of the world; -1 = "
+              "the file's.", -1.0, 100.0),
+    Parameter('contact.restitution', -1.0, "Restitution of every body; -1 = the file's.", -1.0,
+              1.0),
+    Parameter('contact.stiffness', -1.0, "Stiffness of every body's contact [N/m]; 0 = rigid, "
+              "-1 = the file's.", -1.0, 1e12),
+    Parameter('contact.damping', -1.0, "Damping of every body's contact [N s/m]; -1 = the "
+              "file's.", -1.0, 1e9),
+    Parameter('force_torque.noise_force', 0.0, 'Standard deviation of the measured force [N].',
+              0.0, 1e6, live=True),
+    Parameter('force_torque.noise_torque', 0.0, 'Standard deviation of the measured torque '
+              '[N m].', 0.0, 1e6, live=True),
+    Parameter('force_torque.offset', [0.0] * 6, 'What the sensor shows without a load: force [N], '
+              'torque [N m].', -1e6, 1e6, sizes=(6,), live=True),
+    Parameter('monitor_rate', 50.0, 'Rate of ~/contacts and ~/objects [Hz of simulated time]; 0 = '
+              'never.', 0.0, 10000.0),
+    Parameter('force_limit', 0.0, 'A larger force on the tool is a protective stop, until ~/reset '
+              '[N]; 0 = none.', 0.0, 1e9, live=True),
     Parameter('payload.mass', 0.0, 'Mass fixed to the tool that the arm record does not declare '
               '[kg].', 0.0, 1000.0, live=True),
     Parameter('payload.com', [0.0] * 3, 'Its centre of mass in tool0 [m].', -10.0, 10.0,
@@ -94,11 +114,24 @@ CONTROL_PARAMETERS = (
               "than the simulator's is the robustness experiment."),
     *_SHARED,
     Parameter('mode', 'computed_torque', 'The law.',
-              choices=('computed_torque', 'gravity_pd', 'pd', 'impedance'), live=True),
+              choices=('computed_torque', 'gravity_pd', 'pd', 'impedance', 'cartesian_impedance'),
+              live=True),
     Parameter('kp', [10.0], 'Position gain: 1, 6 or 36 numbers, row-major.', -1e9, 1e9,
               sizes=(1, 6, 36), live=True),
     Parameter('kd', [10.0], 'Velocity gain: 1, 6 or 36 numbers, row-major.', -1e9, 1e9,
               sizes=(1, 6, 36), live=True),
+    Parameter('impedance.stiffness', [1000.0, 1000.0, 1000.0, 30.0, 30.0, 5.0], 'Stiffness of the '
+              'tool in mode cartesian_impedance [N/m], [N m/rad]: 6 or 36 numbers, row-major.',
+              -1e9, 1e9, sizes=(6, 36), live=True),
+    Parameter('impedance.damping', [200.0, 200.0, 200.0, 2.0, 2.0, 0.05], 'Its damping [N s/m], '
+              '[N m s/rad]: 6 or 36 numbers.', -1e9, 1e9, sizes=(6, 36), live=True),
+    Parameter('impedance.inertia', [], 'Inertia that the tool shows to its reference [kg], '
+              '[kg m^2]: 6 or 36 numbers; empty = that of the arm.', -1e9, 1e9,
+              sizes=(0, 6, 36), live=True),
+    Parameter('impedance.frame', 'tool', 'Axes of the three.', choices=('tool', 'base'),
+              live=True),
+    Parameter('guard_force', 0.0, 'A path ends where the tool meets this force, as the momentum '
+              'observer estimates it [N]; 0 = never.', 0.0, 1e6, live=True),
     Parameter('experiment', '', 'Experiment: a name of config/experiments or a YAML file.'),
     Parameter('autostart', False, 'Start the experiment at the first state answered.'),
     Parameter('max_velocity', [1.0], 'Joint speed of point-to-point motion [rad/s]: 1 or 6 '

@@ -39,7 +39,7 @@ def config_folder() -> Path:
 
 
 def file_names(kind: str) -> list[str]:
-    """Return the names of the files of a kind, 'arm' or 'experiment', in the package."""
+    """Return the names of the files of a kind, 'arm', 'experiment' or 'world', in the package."""
     return sorted(path.stem for path in (config_folder() / f'{kind}s').glob('*.yaml'))
 
 

@@ -74,6 +74,22 @@ SIM_TOPICS = (
           'N, N m', 'at the tool, until zero is sent or `wrench_duration` is over', QUEUED),
 )
 
+#: What the simulator publishes besides, where there is a world to touch.
+WORLD_TOPICS = (
+    Topic('contact_effort', '~/contact_effort', _JOINTS, True, 'N m',
+          'joint torque of all contacts, adds to `effort`; one message a physics step, stamped at '
+          'its end; only with a `world`'),
+    Topic('wrench', 'force_torque_sensor_broadcaster/wrench', 'geometry_msgs/msg/WrenchStamped',
+          True, 'N, N m', 'of the environment on the tool, at and in `tool0`, every period; only '
+          'with a `world`'),
+    Topic('contacts', '~/contacts', 'visualization_msgs/msg/MarkerArray', True, 'm',
+          'forces as arrows, 10 mm a newton: blue normal, orange friction, at `monitor_rate`; '
+          'only with a `world`'),
+    Topic('objects', '~/objects', 'geometry_msgs/msg/PoseArray', True, 'm',
+          'free bodies in `base`, in the order of the file, at `monitor_rate`; only with a '
+          '`world`'),
+)
+
 CONTROL_TOPICS = (
     Topic('joint_command', 'joint_command', _JOINTS, True, 'N m', '`name`, `effort`'),
     Topic('reference', '~/reference', _TRAJECTORY, True, 'rad, rad/s, rad/s^2, N m',
@@ -97,6 +113,9 @@ CONTROL_TOPICS = (
           'rad, rad/s, rad/s^2', 'rules of the joint_trajectory_controller', QUEUED),
     Topic('path', '~/path', 'nav_msgs/msg/Path', False, 'm', 'tool poses to pass in straight '
           'lines, timed by stamps or by `tool_speed`', QUEUED),
+    Topic('target_wrench', '~/target_wrench', 'geometry_msgs/msg/WrenchStamped', False, 'N, N m',
+          'of the tool on its surroundings, in `base`, `base_link` or `tool0` as it stands; mode '
+          'cartesian_impedance', QUEUED),
     Topic('joint_states', 'joint_states', _JOINTS, False, 'rad, rad/s, N m', 'the robot', HOT),
     Topic('run', f'{SIM_NODE}/run', _TEXT, False, '', 'the name of the run', LATCHED),
 )

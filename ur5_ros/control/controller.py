@@ -9,9 +9,11 @@ from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control import planning
+from ur5_ros.control.cartesian_impedance import inverse_is_limited
 from ur5_ros.control.computed_torque import not_finite
 from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.experiment import experiment_trajectory
+from ur5_ros.control.force_guard import ForceGuard
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.kernel import GRAVITY, NOT_FINITE, STATE, TOTAL
@@ -28,6 +30,7 @@ from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
 from ur5_ros.control.state_validation import StateStatus, StateValidator, joint_beyond
 from ur5_ros.control.takeover import plan_autostart, plan_rest
+from ur5_ros.control.targets import wrench_in_base
 from ur5_ros.control.tolerances import JointTolerance, Verdict, resolve_tolerances
 from ur5_ros.control.torque_limits import limit_torque
 from ur5_ros.errors import InputError
@@ -109,6 +112,8 @@ class Controller:
             self.experiment = experiment_trajectory(
                 load_experiment(self.parameters.experiment), self.arm,
                 self._settings.control_rate, self._settings.singularity_margin)
+        self._target_wrench = np.zeros(6)
+        self._guard = ForceGuard(arm)
         self._law = self._settings.law()
         self._validator = StateValidator()
         self._executor = TrajectoryExecutor()
@@ -144,6 +149,8 @@ class Controller:
         stamp, last = state.stamp, self._output
         if last is not None and stamp == last.stamp:
             return last
+        if self._settings.guard_force > 0.0 and last is not None:
+            self._watch_force(state)
         code, before = STATE, self._validator.predecessor(stamp)
         if before is not None and not self._goals.active:
             reference, parts, code = self._evaluate(state, before.q, stamp, last)
@@ -183,6 +190,19 @@ class Controller:
                                              *self._rate_limit(stamp, last))
         self._counts['limited_periods'] += bool(limited)
         return limited
+
+    def _watch_force(self, state: ArmState) -> None:
+        """End a path where the tool meets the force of ``guard_force``."""
+        if self._executor.name != 'path' or not self._executor.moving:
+            self._guard.reset()
+            return
+        force = self._guard.force(state)
+        if force > self._settings.guard_force:
+            limits = self._settings.motion_limits
+            stop = smooth_stop(self._executor.at(state.stamp, limits), limits)
+            self._execute(planning.Plan(stop), 'guarded', state.stamp)
+            self._stopped = (f'path ended at {force:.4g} N, guard_force is '
+                             f'{self._settings.guard_force:g} N')
 
     def _check(self, state: ArmState) -> tuple[ArmState, ControlOutput | None]:
         """Return the state to answer and the output before; None where a new motion starts."""
@@ -250,6 +270,40 @@ class Controller:
         """Pass tool poses in straight lines; see :func:`~ur5_ros.control.planning.plan_path`."""
         self._plan('path', planning.plan_path, poses, times, frame)
 
+    def target_wrench(self, force: Sequence[float], torque: Sequence[float],
+                      frame: str = 'base') -> None:
+        """
+        Press with a force [N] and a torque [N m], in mode ``cartesian_impedance``.
+
+        Parameters
+        ----------
+        force, torque : array_like, shape (3,)
+            Of the tool on its surroundings, at the origin of ``tool0``.
+        frame : str
+            Axes: ``base``, ``base_link``, or ``tool0`` as it stands now.
+
+        Raises
+        ------
+        InputError
+            If the mode is another, no state has come, the frame is unknown or a number is not
+            finite.
+
+        """
+        try:
+            if self._settings.mode != 'cartesian_impedance':
+                raise InputError(f'mode is {self._settings.mode}; set mode to '
+                                 'cartesian_impedance first')
+            state = self._validator.last
+            if state is None:
+                raise InputError('no state has come yet; start the robot or the simulator first')
+            self._target_wrench = wrench_in_base(force, torque, frame, self._settings.prefix,
+                                                 state.q, self.arm)
+        except InputError as refusal:
+            self._counts['refused_inputs'] += 1
+            self._refused = self._last_refusal = f'target_wrench: {refusal}'
+            raise
+        self.change({})
+
     def change(self, changes: Mapping[str, Any]) -> None:
         """
         Change live parameters, all of them or none; they act from the next state on.
@@ -266,7 +320,7 @@ class Controller:
 
         """
         parameters = changed(self.parameters, changes)
-        self._settings = settings_from(parameters, self.arm, self._rate)
+        self._settings = settings_from(parameters, self.arm, self._rate, self._target_wrench)
         self._law = self._settings.law()
         self.parameters = parameters
 
@@ -285,9 +339,16 @@ class Controller:
             'mode': self._settings.mode,
             'effort_convention': self.parameters.effort_convention,
             'experiment': self.parameters.experiment,
+            'inverse_limited': self._inverse_limited(),
             **self._counts,
             **describe(self._output, self._validator.last, self._executor, self.arm),
         }
+
+    def _inverse_limited(self) -> bool:
+        """Return whether the law limits the inverse of J, near a singularity."""
+        state = self._validator.last
+        return (self._settings.mode == 'cartesian_impedance' and state is not None
+                and inverse_is_limited(state.q, self.arm))
 
     @property
     def stamp(self) -> int:

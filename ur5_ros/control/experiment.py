@@ -12,6 +12,7 @@ from ur5_ros.config.experiments import (
     ToolPolygon,
     ToolWaves,
 )
+from ur5_ros.config.worlds import Solid, base_pose
 from ur5_ros.control.cartesian_path import straight_legs
 from ur5_ros.control.profiles import ToolSamples, joint_waves, tool_circle, tool_waves
 from ur5_ros.control.tool_motion import Branch, check_limits, follow, tool_motion
@@ -113,12 +114,19 @@ def _start(spec: Experiment) -> np.ndarray:
     return np.deg2rad(spec.start_degrees)
 
 
+def _start_pose(spec: Experiment, arm: ArmParameters) -> np.ndarray:
+    if spec.start_position is None:
+        return forward_kinematics(_start(spec) + arm.angle_offset, arm)
+    return base_pose(Solid(shape='sphere', position=spec.start_position,
+                           rpy_degrees=spec.start_rpy_degrees))
+
+
 def _tool_samples(
     spec: ToolWaves | ToolCircle | ToolPolygon,
     times: np.ndarray,
     arm: ArmParameters,
 ) -> ToolSamples:
-    start = forward_kinematics(_start(spec) + arm.angle_offset, arm)
+    start = _start_pose(spec, arm)
     if isinstance(spec, ToolWaves):
         return tool_waves(times, spec, start)
     if isinstance(spec, ToolCircle):
@@ -128,7 +136,7 @@ def _tool_samples(
         return tool_circle(times, spec, start)
     poses = np.broadcast_to(start, (len(spec.corners), 4, 4)).copy()
     poses[:, :3, 3] += np.array(spec.corners)
-    return straight_legs(poses, np.arange(len(spec.corners)) * spec.leg_time)(times)
+    return straight_legs(poses, np.concatenate([[0.0], np.cumsum(spec.times)]))(times)
 
 
 def _step(spec: JointStep, arm: ArmParameters) -> Step:

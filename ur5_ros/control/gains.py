@@ -143,3 +143,18 @@ def _check_definite(name: str, matrix: np.ndarray) -> None:
     if lowest <= 0.0:
         raise InputError(f'{name} has the eigenvalue {lowest:.6g}; all must be greater than zero '
                          '(Routh-Hurwitz)')
+
+
+def definite_matrix(name: str, values: Sequence[float]) -> np.ndarray:
+    """
+    Return 1, 6 or 36 numbers as a symmetric positive definite matrix, shape (6, 6).
+
+    Raises
+    ------
+    InputError
+        If they are no such matrix.
+
+    """
+    matrix = _matrix(name, values)
+    _check_definite(name, matrix)
+    return matrix

@@ -7,6 +7,12 @@ import numpy as np
 
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, HOME, check
+from ur5_ros.control.cartesian_impedance import (
+    CartesianImpedanceLaw,
+    Impedance,
+    check_sampled_impedance,
+    impedance_from,
+)
 from ur5_ros.control.computed_torque import UNWEIGHTED_MODES, TorqueLaw
 from ur5_ros.control.gains import Gains, gains_from, sampled_radius
 from ur5_ros.control.point_to_point import MotionLimits
@@ -19,6 +25,10 @@ from ur5_ros.signals import JOINT_NAMES
 #: Tables of motions are made for this many control periods a second where none is given [Hz]; the
 #: periods of 500, 250, 200, 125, 100 Hz lie on the same grid.
 DEFAULT_RATE = 1000
+
+
+_NO_WRENCH = np.zeros(6)
+_NO_WRENCH.flags.writeable = False
 
 
 class Settings(NamedTuple):
@@ -39,14 +49,24 @@ class Settings(NamedTuple):
     tolerances: Tolerances
     max_state_jump: float
     prefix: str
+    impedance: Impedance
+    guard_force: float
+    """[N]; zero where nothing ends a path."""
 
     @property
     def joint_names(self) -> list[str]:
         """Names of the joints with their prefix."""
         return [self.prefix + name for name in JOINT_NAMES]
 
-    def law(self) -> TorqueLaw:
+    def law(self) -> TorqueLaw | CartesianImpedanceLaw:
         """Return the law of the mode, with its constants packed."""
+        if self.mode == 'cartesian_impedance':
+            return CartesianImpedanceLaw(self.arm, self.impedance, self.gravity_excluded,
+                                         self.max_state_jump)
+        return self.joint_law()
+
+    def joint_law(self) -> TorqueLaw:
+        """Return the law of a mode that works in joints."""
         return TorqueLaw(self.mode, self.arm, self.gains, self.gravity_excluded,
                          self.max_state_jump)
 
@@ -55,6 +75,7 @@ def settings_from(
     parameters: ControlParameters,
     arm: ArmParameters,
     control_rate: int | None,
+    target_wrench: np.ndarray = _NO_WRENCH,
 ) -> Settings:
     """
     Return the settings of a complete set of parameters.
@@ -67,6 +88,8 @@ def settings_from(
         The law's arm.
     control_rate : int or None
         Control periods a second [Hz], where known.
+    target_wrench : numpy.ndarray, shape (6,)
+        What the tool should press with in mode cartesian_impedance [N], [N m], in base.
 
     Returns
     -------
@@ -82,7 +105,11 @@ def settings_from(
     gains = gains_from(parameters.kp, parameters.kd)
     mode = parameters.mode
     rate = control_rate or DEFAULT_RATE
-    check_sampled(mode, gains, arm, rate)
+    impedance = impedance_from(parameters, target_wrench)
+    if mode == 'cartesian_impedance':
+        check_sampled_impedance(impedance, arm, rate)
+    else:
+        check_sampled(mode, gains, arm, rate)
     speed = np.minimum(_six(parameters.max_velocity), arm.limits.velocity)
     return Settings(
         arm=arm,
@@ -102,6 +129,8 @@ def settings_from(
                                       parameters.constraints_goal_time),
         max_state_jump=parameters.max_state_jump,
         prefix=parameters.tf_prefix,
+        impedance=impedance,
+        guard_force=parameters.guard_force,
     )
 
 

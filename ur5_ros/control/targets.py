@@ -8,6 +8,7 @@ import numpy as np
 from ur5_ros.control.tool_motion import Branch, singularity_distance
 from ur5_ros.errors import InputError
 from ur5_ros.model.inverse_kinematics import inverse_kinematics, nearest_solution
+from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.rotations import rotation_of_quaternion
 from ur5_ros.signals import JOINT_NAMES
@@ -54,6 +55,44 @@ def pose_matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.nd
     transform[:3, :3] = rotation_of_quaternion(quat / norm)
     transform[:3, 3] = p
     return transform
+
+
+def wrench_in_base(force: Sequence[float], torque: Sequence[float], frame: str, prefix: str,
+                   q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    """
+    Return force [N] and torque [N m] at the origin of ``tool0`` in the axes of ``base``, (6,).
+
+    Parameters
+    ----------
+    force, torque : array_like, shape (3,)
+        In the axes of ``frame``.
+    frame : str
+        ``base`` (also if it is empty), ``base_link`` or ``tool0``.
+    prefix : str
+        ``tf_prefix``.
+    q : numpy.ndarray, shape (6,)
+        Where the arm stands [rad], for ``tool0``.
+    arm : ArmParameters
+        The arm.
+
+    Raises
+    ------
+    InputError
+        If the frame is another, or they are not three finite numbers each.
+
+    """
+    wrench = np.array([force, torque], dtype=float)
+    if wrench.shape != (2, 3) or not np.isfinite(wrench).all():
+        raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N m]')
+    if frame in ('', prefix + 'base'):
+        return wrench.ravel()
+    if frame == prefix + 'base_link':
+        return (wrench @ _TURNED[:3, :3].T).ravel()
+    if frame == prefix + 'tool0':
+        turn = forward_kinematics(q + arm.angle_offset, arm)[:3, :3]
+        return (wrench @ turn.T).ravel()
+    raise InputError(f'wrench in frame {frame[:60]!r}; give {prefix}base, {prefix}base_link or '
+                     f'{prefix}tool0')
 
 
 def in_base(transform: np.ndarray, frame: str, prefix: str = '') -> np.ndarray:

@@ -12,6 +12,7 @@ from ur5_ros.loop.rollout import rollout
 from ur5_ros.loop.run_config import RunConfig, arm_named
 from ur5_ros.signals import ArmState, Reference
 from ur5_ros.sim.plant import Plant
+from ur5_ros.sim.world.publication import ContactPublication
 
 
 def run_closed_loop(plan: RunConfig, folder: Path | str | None = None) -> LoopRun:
@@ -60,6 +61,9 @@ def full_loop(plan: RunConfig) -> LoopRun:
     controller = Controller(arm_named(plan.control.arm), plan.control, plan.sim.control_rate)
     plant = Plant(sim_arm, plan.sim)
     states, truths, answers, events = [], [], [], []
+    contact, reports = [], []
+    publication = None if plant.mechanics.world is None else ContactPublication(plan.sim)
+    nothing = np.zeros((plan.sim.physics_rate // plan.sim.control_rate, 6))
     try:
         state = plant.state
         for k in range(1, plan.periods + 1):
@@ -67,6 +71,10 @@ def full_loop(plan: RunConfig) -> LoopRun:
             truths.append(plant.truth)
             answer = controller.update(state)
             answers.append(answer)
+            if publication is not None:
+                torques = [torque for _, torque in plant.contact_effort()]
+                contact.append(torques or nothing)
+                reports.append(publication.messages(plant))
             if k < plan.periods:
                 state = plant.step(answer.torque.total)
                 events += plant.drain_events()
@@ -78,7 +86,7 @@ def full_loop(plan: RunConfig) -> LoopRun:
         *_stacked(states), None if exact else _stacked(truths),
         np.array([answer.torque for answer in answers]),
         Reference(*np.moveaxis(np.array([answer.reference for answer in answers]), 1, 0)),
-        tuple(events))
+        tuple(events), np.array(contact) if contact else None, tuple(reports))
 
 
 def _stacked(states: list[ArmState]) -> States:

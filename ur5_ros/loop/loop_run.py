@@ -6,7 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data import run as series
+from ur5_ros.analysis.data.contact import contact_series
 from ur5_ros.analysis.data.run import NodeRecord, Run, States
+from ur5_ros.config.worlds import world_from
 from ur5_ros.loop.run_config import RunConfig
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference, Torque
@@ -35,6 +37,11 @@ class LoopRun(NamedTuple):
     reference: Reference
     """What the law followed, shapes (n, 6)."""
     events: tuple[Event, ...]
+    contact: np.ndarray | None = None
+    """Joint torque of all contacts in each physics step up to each state [N m], shape (n,
+    substeps, 6); None without a world."""
+    reports: tuple[list[tuple[str, bytes]], ...] = ()
+    """Role and bytes of each period's messages of contact."""
 
 
 def as_run(loop: LoopRun, name: str = 'loop') -> Run:
@@ -51,6 +58,7 @@ def as_run(loop: LoopRun, name: str = 'loop') -> Run:
     """
     sim, control = loop.plan.sim, loop.plan.control
     parts = dict(zip(Torque._fields, np.moveaxis(loop.torque, 1, 0), strict=True))
+    seen = contact_series(message for period in loop.reports for message in period)
     return Run(
         name=name,
         stamp=loop.stamp,
@@ -61,7 +69,9 @@ def as_run(loop: LoopRun, name: str = 'loop') -> Run:
         command=parts['total'],
         reference=loop.reference,
         parts=parts,
-        sim=NodeRecord(sim.arm, loop.sim_arm, sim.by_name()),
+        contact=loop.contact,
+        **seen,
+        sim=NodeRecord(sim.arm, loop.sim_arm, sim.by_name(), world=world_from(sim)),
         control=NodeRecord(control.arm, loop.control_arm, control.by_name()),
         events=tuple(series.RecordedEvent(event.stamp, event.kind, event.message,
                                   {key: json.loads(value) for key, value in event.values.items()})

@@ -2,6 +2,7 @@
 
 import time
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,10 @@ from ur5_ros.config.topics import (
     CONTROL_TOPICS,
     SIM_NODE,
     SIM_TOPICS,
+    WORLD_TOPICS,
+    Topic,
 )
+from ur5_ros.config.worlds import EMPTY, world_from, world_text
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.rotations import position_and_quaternion
@@ -63,9 +67,11 @@ def record(run: LoopRun, folder: Path) -> None:
     truth = run.truth or (run.q, run.qd, run.effort)
     rows = zip(run.stamp.tolist(), run.q, run.qd, run.effort, *truth, run.torque,
                *run.reference, strict=True)
+    reports = run.reports or ([],) * len(run.stamp)
     for k, (stamp, q, qd, effort, *exact, torque, q_star, qd_star, qdd_star) in enumerate(rows, 1):
         bags.period(ArmState(stamp, q, qd, effort), ArmState(stamp, *exact), torque,
                     Reference(q_star, qd_star, qdd_star), acts=k < len(run.stamp))
+        bags.contact(reports[k - 1])
         for event in events.pop(stamp, ()):
             bags.event(event)
     bags.close('stop_after')
@@ -90,13 +96,15 @@ class _Bags:
         rate = plan.control.monitor_rate
         self._monitor_period, self._monitored = round(1e9 / rate) if rate else 0, -1
         name = folder.name
+        world = world_from(plan.sim)
         self._sim = _Bag('sim', name, folder, plan.sim, sim_arm.name, self._state,
-                         self._command)
+                         self._command, () if world.empty else WORLD_TOPICS)
         self._control = _Bag('control', name, folder, plan.control, self._arm.name,
                              self._state, self._command)
         self._sim.write('run', encode_string(name))
         self._control.write('run', encode_string(name))
-        self._sim.write('robot_description', encode_string(urdf_text(sim_arm, prefix)))
+        self._sim.write('robot_description', encode_string(
+            urdf_text(sim_arm, prefix, world=world)))
 
     def period(self, state: ArmState, truth: ArmState, torque: np.ndarray,
                reference: Reference, acts: bool) -> None:
@@ -120,6 +128,10 @@ class _Bags:
             self._monitored = stamp // self._monitor_period
             self._monitor(state, reference)
 
+    def contact(self, messages: list[tuple[str, bytes]]) -> None:
+        for role, data in messages:
+            self._sim.write(role, data)
+
     def event(self, event: Event) -> None:
         self._sim.write('events', status_array(event.stamp, event.kind, event.message,
                                                self._arm_name, event.values))
@@ -142,13 +154,15 @@ class _Bag:
     """One side's bag, its topics by role."""
 
     def __init__(self, node: str, run: str, folder: Path, parameters: NodeParameters,
-                 arm_name: str, state: FixedJointState, command: FixedJointState) -> None:
+                 arm_name: str, state: FixedJointState, command: FixedJointState,
+                 more: Sequence[Topic] = ()) -> None:
         self._run = run
-        topics = [(topic, topic.absolute(_NODES[node])) for topic in _TOPICS[node]]
+        topics = [(topic, topic.absolute(_NODES[node])) for topic in (*_TOPICS[node], *more)]
         self._hashes = {'joint_states': PayloadHash(state), 'joint_command': PayloadHash(command)}
         self._writer = BagWriter(folder / node, describe(
             node, run, arm_name, arm_text(parameters.arm), parameters.by_name(),
-            {topic.role: name for topic, name in topics}, fingerprint()), blocking=True)
+            {topic.role: name for topic, name in topics}, fingerprint(),
+            world_text(getattr(parameters, 'world', EMPTY))), blocking=True)
         self._ids = {
             topic.role: self._writer.topic(name, topic.type, qos_profile(**topic.qos._asdict()))
             for topic, name in topics}

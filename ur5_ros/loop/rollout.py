@@ -12,6 +12,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import States
 from ur5_ros.config.experiments import load_experiment
+from ur5_ros.config.worlds import EMPTY
 from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.kernel import TOTAL
 from ur5_ros.control.settings import settings_from
@@ -39,7 +40,8 @@ def rollout(plan: RunConfig) -> LoopRun | None:
 
     """
     sim, control = plan.sim, plan.control
-    if sim.gui or 'gravity_excluded' in (sim.effort_convention, control.effort_convention) or not (
+    conventions = sim.effort_convention, control.effort_convention
+    if sim.gui or sim.world != EMPTY or 'gravity_excluded' in conventions or not (
             control.mode == 'computed_torque' and control.autostart and control.experiment
             and control.torque_rate_limit == 0.0):
         return None

@@ -82,7 +82,7 @@ class RolloutEngine:
             What it follows, a row a period.
 
         """
-        periods, delay, law = self._periods, self._delay, settings.law()
+        periods, delay, law = self._periods, self._delay, settings.joint_law()
         states = np.empty(((periods - 1) * self._substeps + 1, 12))
         states[0] = [*self._sim.initial_positions, *self._sim.initial_velocities]
         measured = _MeasuredStates(self._sim, states[::self._substeps])

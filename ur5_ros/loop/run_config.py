@@ -88,10 +88,12 @@ def run_config(
         start = start - np.array(spec.initial_error) + np.array(initial_error, dtype=float)
     sim_parameters = SimParameters.of({
         'arm': arm, 'control_rate': control_rate, 'physics_rate': physics_rate,
-        'initial_positions': start.tolist(), 'stop_after': duration, **(sim or {})})
+        'initial_positions': start.tolist(), 'stop_after': duration, 'world': spec.world,
+        **spec.sim, **(sim or {})})
     control_parameters = ControlParameters.of({
         'arm': control_arm, 'experiment': experiment, 'autostart': True,
-        'effort_convention': sim_parameters.effort_convention, **(control or {})})
+        'effort_convention': sim_parameters.effort_convention, **spec.control,
+        **(control or {})})
     check_rates(sim_parameters.control_rate, sim_parameters.physics_rate)
     if control_parameters.mode == 'computed_torque':
         gains_from(control_parameters.kp, control_parameters.kd)

@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.display import check_display
 from ur5_ros.sim.pybullet_import import pybullet
 from ur5_ros.sim.urdf import link_bodies, urdf_text
+
+if TYPE_CHECKING:
+    from ur5_ros.sim.world.bullet_scene import BulletScene
 
 _ZEROS = [0.0] * 6
 _TORQUE = pybullet.TORQUE_CONTROL
@@ -41,6 +44,8 @@ class BulletArm:
         Length h of a physics step [s].
     gui : bool
         Open PyBullet's window.
+    scene : BulletScene, optional
+        Bodies around the arm, which then has the shapes that touch them.
 
     Raises
     ------
@@ -50,8 +55,8 @@ class BulletArm:
     """
 
     def __init__(self, arm: ArmParameters, gravity: np.ndarray, step_time: float,
-                 gui: bool = False):
-        self._step_time, self._gui = step_time, gui
+                 gui: bool = False, scene: 'BulletScene | None' = None):
+        self._step_time, self._gui, self._scene = step_time, gui, scene
         urdf_text(arm, bare=True, shapes=False)  # refuses before a world is opened
         if gui:
             check_display()
@@ -76,15 +81,18 @@ class BulletArm:
             fixedTimeStep=self._step_time, numSubSteps=0, deterministicOverlappingPairs=1,
             physicsClientId=client)
         with tempfile.NamedTemporaryFile('w', suffix='.urdf', encoding='utf-8') as file:
-            file.write(urdf_text(arm, bare=True, shapes=self._gui))
+            file.write(urdf_text(arm, bare=True, shapes=self._gui,
+                                 world=self._scene.world if self._scene else None))
             file.flush()
             body = pybullet.loadURDF(file.name, useFixedBase=True, physicsClientId=client,
-                                     flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
+                                     flags=self._flags())
         # Body-wide settings alone and on link -1: mixed with others they are silently lost.
         pybullet.changeDynamics(body, -1, linearDamping=0, angularDamping=0,
                                 physicsClientId=client)
         pybullet.changeDynamics(body, -1, maxJointVelocity=1e9, physicsClientId=client)
         self._body, self._joints = body, list(range(6))
+        if self._scene is not None:
+            self._scene.build(client, body)
         for joint in self._joints:
             pybullet.changeDynamics(body, joint, jointDamping=0.0, physicsClientId=client)
         pybullet.setJointMotorControlArray(body, self._joints, pybullet.VELOCITY_CONTROL,
@@ -96,15 +104,26 @@ class BulletArm:
         self.advance = self.stepper()
         """Takes a step: torques [N m] in; q [rad] and qd [rad/s] out, twelve numbers."""
 
+    def _flags(self) -> int:
+        flags = pybullet.URDF_USE_INERTIA_FROM_FILE
+        if self._scene is not None:  # other cylinders are a millimetre too large
+            flags |= pybullet.URDF_USE_IMPLICIT_CYLINDER
+            if self._scene.world.self_contact:
+                flags |= pybullet.URDF_USE_SELF_COLLISION
+        return flags
+
     def set_gravity(self, gravity: Sequence[float] | np.ndarray) -> None:
         """Set the gravitational acceleration, in ``base`` [m/s^2]."""
         pybullet.setGravity(*map(float, gravity), physicsClientId=self._client)
 
     def place(self, q: Sequence[float], qd: Sequence[float]) -> None:
         """Put the joints at these positions [rad] and velocities [rad/s]."""
-        for joint, position, velocity in zip(self._joints, q, qd, strict=True):
-            pybullet.resetJointState(self._body, joint, position, velocity,
-                                     physicsClientId=self._client)
+        q1, q2, q3, q4, q5, q6 = q
+        v1, v2, v3, v4, v5, v6 = qd
+        # lists outside: tuples crash PyBullet
+        pybullet.resetJointStatesMultiDof(
+            self._body, self._joints, [(q1,), (q2,), (q3,), (q4,), (q5,), (q6,)],
+            [(v1,), (v2,), (v3,), (v4,), (v5,), (v6,)], self._client)
 
     def stepper(self) -> Callable[[Sequence[float]], tuple[float, ...]]:
         """Return what :attr:`advance` is: a function bound to the bodies that are loaded now."""

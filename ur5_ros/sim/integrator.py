@@ -57,16 +57,18 @@ class PlantIntegrator:
     """
 
     def __init__(self, effects: Effects, step_time: float):
-        self._effects = effects
-        self._wrench = bool(effects.wrench.any())
-        self._constants = np.concatenate([
+        self.effects = effects
+        self.wrench = bool(effects.wrench.any())
+        """Whether a wrench acts at the tool."""
+        self.constants = np.concatenate([
             effects.armature / step_time + effects.viscous, effects.viscous, effects.coulomb,
             effects.lower, effects.upper, [step_time]])
+        """What acts on the joints, as the kernels read it."""
         self._state, self._work, self._torque = np.empty(STATE), np.empty(WORKING), np.empty(6)
         self._page = self._state.data.cast('B')
         self._held = np.zeros(6, dtype=bool)
         self._kernel: Callable[..., int] | None = None
-        self.none = not (self._wrench or self._constants[:18].any())
+        self.none = not (self.wrench or self.constants[:18].any())
         """Whether PyBullet's own step under the motors' torque is already the plant's."""
         if not self.none:
             self._kernel = _compiled()
@@ -95,12 +97,12 @@ class PlantIntegrator:
         """
         q = state[:6]
         ((a, b, c, d, e, f), bias) = arm.mass_and_bias(q, state[6:])
-        if self._wrench:
-            tau = tau + tool_torque(arm, q, self._effects)
+        if self.wrench:
+            tau = tau + tool_torque(arm, q, self.effects)
         _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau)
         if self._kernel is None:
             self._kernel = _compiled()
-        code = self._kernel(self._state, self._constants, self._work, self._torque, self._held)
+        code = self._kernel(self._state, self.constants, self._work, self._torque, self._held)
         if code == 0:
             return self._torque.tolist(), NO_JOINTS
         if code == kernels().FAILED:

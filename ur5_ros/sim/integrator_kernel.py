@@ -11,7 +11,7 @@ _MOST_FACES = 1000
 #: What rounding may do to a sum of torques, by the largest of them.
 _ROUNDING = 1e-13
 #: A joint this near to a stop touches it [rad]; rounding is a thousand times smaller.
-_TOUCH = 1e-12
+TOUCH = 1e-12
 
 #: Codes of :func:`engine_torque` besides 0.
 HELD, FAILED = 1, 2
@@ -99,7 +99,7 @@ def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
         size = max(size, fabs(drive[i]))
     if dry and rest:
         for i in range(6):
-            delta[i] = -qd[i]
+            delta[i], free[i] = -qd[i], 0.0
         return 0
     strongest = 0.0
     for i in range(6):
@@ -146,26 +146,33 @@ def friction(A, drive, qd, level, lower, upper, work, delta, f):
     return solve_active_set(A, drive, qd, level, lower, upper, work, delta, f)
 
 
+@inlined
+def prepare_step(state, constants, A, drive, lowest, highest):
+    """Write the problem of a step: inertia by time, drive, and the speeds that reach the stops."""
+    h = constants[30]
+    for i in range(6):
+        q, qd = state[42 + i], state[48 + i]
+        drive[i] = state[54 + i] - state[36 + i] - constants[6 + i] * qd
+        lowest[i], highest[i] = (constants[18 + i] - q) / h, (constants[24 + i] - q) / h
+        for j in range(6):
+            A[i, j] = state[6 * i + j] / h
+        A[i, i] += constants[i]
+
+
 @kernel(R1, R1, W1, W1, B1, hot=True)
 def engine_torque(state, constants, work, torque, held):
     """Write the torque of ``PlantIntegrator.engine_torque`` and the joints held; return a code."""
-    m, bias, q, qd, tau = state[:36], state[36:42], state[42:48], state[48:54], state[54:60]
-    added, viscous, level = constants[:6], constants[6:12], constants[12:18]
-    lower, upper, h = constants[18:24], constants[24:30], constants[30]
+    m, bias, q, qd = state[:36], state[36:42], state[42:48], state[48:54]
+    level, lower, upper, h = constants[12:18], constants[18:24], constants[24:30], constants[30]
     A, drive = work[:36].reshape((6, 6)), work[36:42]
     lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
-    for i in range(6):
-        drive[i] = tau[i] - bias[i] - viscous[i] * qd[i]
-        lowest[i], highest[i] = (lower[i] - q[i]) / h, (upper[i] - q[i]) / h
-        for j in range(6):
-            A[i, j] = m[6 * i + j] / h
-        A[i, i] += added[i]
+    prepare_step(state, constants, A, drive, lowest, highest)
     if solve_active_set(A, drive, qd, level, lowest, highest, work[66:], delta, f):
         return FAILED
     code = 0
     for i in range(6):
         reached = q[i] + h * (qd[i] + delta[i])
-        held[i] = reached >= upper[i] - _TOUCH or reached <= lower[i] + _TOUCH
+        held[i] = reached >= upper[i] - TOUCH or reached <= lower[i] + TOUCH
         if held[i]:
             code = HELD
         torque[i] = bias[i]

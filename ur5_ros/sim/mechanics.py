@@ -2,15 +2,20 @@
 
 from collections.abc import Sequence
 from operator import le
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ur5_ros.config.worlds import NOTHING, World
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.bullet_arm import BulletArm, Joints
 from ur5_ros.sim.integrator import NO_JOINTS, Effects, PlantIntegrator
 from ur5_ros.sim.limits import state_bounds
 from ur5_ros.sim.payload import loaded_arm
+
+if TYPE_CHECKING:
+    from ur5_ros.sim.world.bullet_scene import BulletScene
+    from ur5_ros.sim.world.contact import Contacts, ContactWorld
 
 #: A state beyond this is an error: no arm moves so fast or turns so far [rad, rad/s].
 _RUNAWAY = 1e6
@@ -23,11 +28,12 @@ class Advance(NamedTuple):
     """The joints that a stop held back, shape (6,), bool."""
     free: bool
     """Whether every state is within the limits of position and velocity, and no stop held."""
-    ran_away: bool
-    """Whether the state ran away; the arm then rests where it was before that step."""
+    failure: str
+    """Why a step came to nothing, such as a state that ran away; the arm then rests where it was
+    before that step."""
 
 
-_FREE = Advance(NO_JOINTS, True, False)
+_FREE = Advance(NO_JOINTS, True, '')
 
 
 class Mechanics:
@@ -42,13 +48,20 @@ class Mechanics:
         Length h of a physics step [s].
     gui : bool
         Open PyBullet's window.
+    world : World
+        What stands around the arm.
 
     """
 
-    def __init__(self, arm: ArmParameters, step_time: float, gui: bool):
+    def __init__(self, arm: ArmParameters, step_time: float, gui: bool, world: World = NOTHING):
         self.arm = arm
         self.step_time = step_time
-        self.bullet = BulletArm(arm, arm.gravity, step_time, gui)
+        scene = None if world.empty else _scene(world)
+        self.bullet = BulletArm(arm, arm.gravity, step_time, gui, scene)
+        self.world = None if scene is None else _contact_world(scene, arm)
+        """What stands around the arm; None where there is nothing to touch."""
+        self.contacts: list[Contacts] = []
+        """Those of each physics step of the last :meth:`advance`."""
         self._least, self._most = (bound.tolist() for bound in state_bounds(arm))
         self._load = (0.0, [0.0, 0.0, 0.0], arm.gravity.tolist())
         self._now: tuple[float, ...] = (0.0,) * 12
@@ -77,13 +90,16 @@ class Mechanics:
             self._load = load
             self.bullet.load(loaded_arm(self.arm, mass, com), load[2])
             self.bullet.place(*self.joints)
+            if self.world is not None:
+                self.world.set_gravity(load[2])
+                self.world.place()
 
     def set_effects(self, effects: Effects) -> None:
         """Set what acts beside the bodies, gravity and the motors."""
         self.effects = effects
         integrator = PlantIntegrator(effects, self.step_time)
         self._at_stops = integrator
-        self._integrator = None if integrator.none else integrator
+        self._integrator = None if integrator.none and self.world is None else integrator
 
     def place(self, q: Sequence[float], qd: Sequence[float]) -> None:
         """Put the joints there."""
@@ -103,21 +119,27 @@ class Mechanics:
 
         """
         integrator, bullet, motors = self._integrator, self.bullet, tau.tolist()
-        held, free = NO_JOINTS, True
+        held, free, world = NO_JOINTS, True, self.world
+        self.contacts = []
         for _ in range(steps):
-            before, torque = self._now, motors
+            before, torque, at_stop = self._now, motors, NO_JOINTS
             try:
-                if integrator is not None:
-                    torque, at_stop = integrator.engine_torque(bullet, before, tau)
-                    if at_stop is not NO_JOINTS:
-                        held, free = held | at_stop, False
-                now = self._now = bullet.advance(torque)
+                if world is not None:
+                    now, at_stop = world.step(bullet, before, tau, self._at_stops)
+                    self.contacts.append(world.contacts)
+                else:
+                    if integrator is not None:
+                        torque, at_stop = integrator.engine_torque(bullet, before, tau)
+                    now = bullet.advance(torque)
+                self._now = now
+                if at_stop is not NO_JOINTS:
+                    held, free = held | at_stop, False
                 if not (all(map(le, self._least, now)) and all(map(le, now, self._most))):
                     held, free = held | self._step_at_limit(before, tau), False  # nor is NaN
-            except ArithmeticError:
+            except ArithmeticError as error:
                 self.place(before[:6], [0.0] * 6)
-                return Advance(held, False, True)
-        return _FREE if free else Advance(held, False, False)
+                return Advance(held, False, str(error))
+        return _FREE if free else Advance(held, False, '')
 
     def _step_at_limit(self, before: tuple[float, ...], tau: np.ndarray) -> np.ndarray:
         """Look at a step that passed a limit; take it again where a stop has to hold."""
@@ -132,6 +154,18 @@ class Mechanics:
             if not np.abs(self._now).max() < _RUNAWAY:
                 raise FloatingPointError('the state of the arm ran away')
         return held
+
+    def objects(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """Return name, position [m] and quaternion (x, y, z, w) of every free body, in base."""
+        return [] if self.world is None else self.world.objects()
+
+    def reset_world(self) -> None:
+        """Put the bodies of the world back; all is loaded anew, so that no old contact is kept."""
+        if self.world is not None:
+            self.world.reset()
+            self.contacts = []
+            mass, com, gravity = self._load
+            self.bullet.load(loaded_arm(self.arm, mass, com), gravity)
 
     def state(self) -> tuple[np.ndarray, np.ndarray]:
         """Return q [rad] and qd [rad/s], shape (6,) each."""
@@ -150,3 +184,13 @@ class Mechanics:
         if mass > 0.0:
             tau = tau + mass * (self.bullet.jacobian(self.joints.q, com)[:3].T @ self.arm.gravity)
         return tau
+
+
+def _scene(world: World) -> 'BulletScene':
+    from ur5_ros.sim.world.bullet_scene import BulletScene  # a plant without a world needs none
+    return BulletScene(world)
+
+
+def _contact_world(scene: 'BulletScene', arm: ArmParameters) -> 'ContactWorld':
+    from ur5_ros.sim.world.contact import ContactWorld  # loads Numba
+    return ContactWorld(scene, arm)

@@ -7,6 +7,7 @@ import numpy as np
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.node_parameters import SimParameters
+from ur5_ros.config.worlds import NOTHING, World, world_from
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
@@ -18,6 +19,7 @@ from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.motors import Motors
 from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Sensor
+from ur5_ros.sim.world.contact_watch import ContactWatch
 
 
 def plant_from_parameters(parameters: Mapping[str, Any] | SimParameters) -> 'Plant':
@@ -96,17 +98,20 @@ class Plant:
         check_rates(self._rate, physics_rate)
         check_initial_state(arm, start.initial_positions)
         self._substeps = physics_rate // self._rate
-        self.mechanics = Mechanics(arm, 1.0 / physics_rate, start.gui)
+        self.mechanics = Mechanics(arm, 1.0 / physics_rate, start.gui, world_from(start))
         self._motors = Motors(self.mechanics, self._substeps / physics_rate,
                               start.effort_convention == 'gravity_excluded')
         self._event_log = EventLog(arm)
         self._sensor = Sensor()
         self._delay = CommandDelay()
+        self._contact_watch = ContactWatch(self._rate)
         self._wrench_end: int | None = None
         self.k = 0
         self._count_period()
         self._settle()
         self._start()
+        if self.mechanics.world is not None:
+            self.mechanics.world.refuse_overlap()
 
     @property
     def counters(self) -> dict[str, int]:
@@ -152,9 +157,11 @@ class Plant:
         if not moved.free or clamped is not NO_JOINTS or self._event_log.near_limits:
             self._event_log.check_limits(before, self.truth, clamped, moved.held,
                                          self.parameters.overspeed_stop)
-        if moved.ran_away:
+        if moved.failure:
             self._event_log.stop(self.stamp, JOINT_NAMES,
-                                 'the state ran away and was put back at rest')
+                                 f'{moved.failure}; the arm was put back at rest')
+        if self.mechanics.contacts:
+            self._check_contacts(before)
         return self._sense()
 
     def change(self, name: str, value: Any) -> None:
@@ -206,10 +213,37 @@ class Plant:
         self._event_log.counts['resets'] += 1
         self._delay.clear()
         self._sensor.clear()
+        self.mechanics.reset_world()
+        self._contact_watch.clear()
         self._start()
         self._log('reset', 'back at the initial state', position=self.truth.q.tolist(),
                    velocity=self.truth.qd.tolist())
         return self.state
+
+    @property
+    def world(self) -> World:
+        """What stands around the arm."""
+        return NOTHING if self.mechanics.world is None else self.mechanics.world.world
+
+    def contact_effort(self) -> list[tuple[int, np.ndarray]]:
+        """Return stamp [ns] and joint torque of all contacts [N m], a row a physics step."""
+        rate, first = self._rate * self._substeps, (self.k - 1) * self._substeps
+        return [(stamp_of_period(first + i + 1, rate), np.array(each.torque))
+                for i, each in enumerate(self.mechanics.contacts)]
+
+    def tool_wrench(self) -> np.ndarray:
+        """
+        Return what acts on the tool: contacts and the external wrench, at and in ``tool0``.
+
+        Returns
+        -------
+        numpy.ndarray, shape (6,)
+            Force [N] and torque [N m], the mean of the last control period.
+
+        """
+        from ur5_ros.sim.world.tool_wrench import tool_wrench  # loads Numba
+        return tool_wrench(self.mechanics.contacts, self._plant_parameters.wrench, self.truth.q,
+                           self.arm)
 
     def drain_events(self) -> list[Event]:
         """Return what happened since the last call, in the order in which it did."""
@@ -222,6 +256,17 @@ class Plant:
     def _count_period(self) -> None:
         self.k += 1
         self.stamp = stamp_of_period(self.k, self._rate)
+
+    def _check_contacts(self, before: int) -> None:
+        """Report contacts that begin or end, and stop the arm where the force is too large."""
+        for message, values in self._contact_watch.look(self.mechanics.contacts):
+            self._event_log.add(before, 'contact', message, **values)
+        limit = self.parameters.force_limit
+        if limit > 0.0 and not self.stopped:
+            size = float(np.linalg.norm(self.tool_wrench()[:3]))
+            if size > limit:
+                self._event_log.stop(self.stamp, JOINT_NAMES, f'{size:.4g} N on the tool, above '
+                                     f'force_limit {limit:g} N')
 
     def _start(self) -> None:
         self.mechanics.place(self.parameters.initial_positions,

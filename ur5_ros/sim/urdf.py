@@ -6,10 +6,12 @@ from html import escape  # that of xml.sax would load urllib and ssl
 
 import numpy as np
 
+from ur5_ros.config.worlds import World
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.urdf_shapes import COLOURS, Shape, arm_shapes
+from ur5_ros.sim.world.shapes import TOOL_LINK, arm_capsules, capsule_elements, tool_elements
 
 #: The moving links, named as in ur_description.
 LINK_NAMES = ('shoulder_link', 'upper_arm_link', 'forearm_link', 'wrist_1_link', 'wrist_2_link',
@@ -20,7 +22,7 @@ _TOOL0_IN_FLANGE = (np.pi / 2, 0.0, np.pi / 2)
 
 
 def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
-              shapes: bool = True) -> str:
+              shapes: bool = True, world: World | None = None) -> str:
     """
     Return the arm as a URDF, in the manufacturer's angles q_UR for every arm.
 
@@ -40,6 +42,8 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
         out and the joints are continuous, because the plant has its own stops.
     shapes : bool
         Include the looks of the links; they take most of the time of loading.
+    world : World, optional
+        Its tool is part of the arm, and the links get the capsules that touch things.
 
     Returns
     -------
@@ -61,6 +65,7 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
         raise InputError(f'tf_prefix {tf_prefix!r}; give letters, digits, _ and / only')
     root = 'base' if bare else 'base_link_inertia'
     looks = arm_shapes(arm) if shapes else {}
+    solids = _solids(arm, world, bare, shapes)
     parts = [_massless_link(tf_prefix + root, looks.get('base', ()))]
     if not bare:
         parts += [
@@ -72,7 +77,8 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
     bodies = link_bodies(arm)
     for i, (name, (xyz, rpy)) in enumerate(zip(LINK_NAMES, joint_origins(arm), strict=True)):
         parent = root if i == 0 else LINK_NAMES[i - 1]
-        parts.append(_link(tf_prefix + name, *bodies[i], looks.get(name, ())))
+        parts.append(_link(tf_prefix + name, *bodies[i],
+                           _visuals(looks.get(name, ())) + solids.get(name, '')))
         parts.append(_moving_joint(tf_prefix, i, parent, name, xyz, rpy,
                                    arm, bare))
     if not bare:
@@ -144,14 +150,14 @@ def link_bodies(arm: ArmParameters) -> list[tuple[float, tuple, tuple, np.ndarra
 
 
 def _link(name: str, mass: float, xyz: tuple, rpy: tuple, moments: np.ndarray,
-          shapes: Sequence[Shape]) -> str:
+          shapes: str) -> str:
     ixx, iyy, izz = (repr(float(value)) for value in moments)
     return (
         f'  <link name="{name}">\n    <inertial>\n'
         f'      <origin xyz="{_numbers(xyz)}" rpy="{_numbers(rpy)}"/>\n'
         f'      <mass value="{mass!r}"/>\n'
         f'      <inertia ixx="{ixx}" ixy="0.0" ixz="0.0" iyy="{iyy}" iyz="0.0" izz="{izz}"/>\n'
-        f'    </inertial>\n{_visuals(shapes)}  </link>\n'
+        f'    </inertial>\n{shapes}  </link>\n'
     )
 
 
@@ -161,6 +167,18 @@ def _massless_link(name: str, shapes: Sequence[Shape] = ()) -> str:
         '<inertia ixx="0.0" ixy="0.0" ixz="0.0" iyy="0.0" iyz="0.0" izz="0.0"/></inertial>\n'
         f'{_visuals(shapes)}  </link>\n'
     )
+
+
+def _solids(arm: ArmParameters, world: World | None, bare: bool, shapes: bool) -> dict[str, str]:
+    """Return what touches, by link: nothing without a world."""
+    if world is None or not (world.bodies or world.self_contact or world.tool):
+        return {}
+    found = {link: ''.join(capsule_elements(capsule, bare) for capsule in capsules)
+             for link, capsules in arm_capsules(arm).items()}
+    found[TOOL_LINK] += tool_elements(world.tool, 'collision')
+    if shapes:
+        found[TOOL_LINK] += tool_elements(world.tool, 'visual')
+    return found
 
 
 def _visuals(shapes: Sequence[Shape]) -> str:

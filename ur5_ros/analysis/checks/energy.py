@@ -92,9 +92,9 @@ def balance(run: Run, models: list[tuple[int, PlantModel]]) -> Balance:
 
 def _physics_steps(run: Run, model: PlantModel, rows: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return for each physics step: energy, torque, dry friction, distance, 1/2 dqd^T M dqd."""
-    q, qd, effort = run.exact
+    q, qd, _ = run.exact
     h, n, arm = 1.0 / run.physics_rate, run.substeps, model.arm
-    effort = np.repeat(effort[rows + 1], n, axis=0)
+    effort = run.applied(rows).reshape(-1, 6)
     q, qd, q_next, qd_next = path(model, (q[rows], qd[rows]), (q[rows + 1], qd[rows + 1]),
                                   effort, h, n)
     angles, mean, change = q + arm.angle_offset, 0.5 * (qd + qd_next), qd_next - qd

@@ -9,20 +9,30 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.data.run import NodeRecord, ParameterChange, RecordedEvent
-from ur5_ros.bag.arrays.columns import Columns
+from ur5_ros.bag.arrays.columns import Columns, RawColumns
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import bags_of_run, is_bag
 from ur5_ros.cdr.codec import decode
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, parse_arm
 from ur5_ros.config.parameters import Parameter
-from ur5_ros.config.topics import CONTROL_TOPICS, ROBOT_TOPICS, SIM_TOPICS, by_role
+from ur5_ros.config.topics import (
+    CONTROL_TOPICS,
+    ROBOT_TOPICS,
+    SIM_TOPICS,
+    WORLD_TOPICS,
+    by_role,
+)
+from ur5_ros.config.worlds import NOTHING, World, parse_world, with_contact
 from ur5_ros.errors import BagError, InputError
 from ur5_ros.signals import JOINT_NAMES
 
 #: The topics that are read, by role.
-_READ = by_role(topic for topic in (*SIM_TOPICS, *CONTROL_TOPICS, *ROBOT_TOPICS) if topic.role in (
+_READ = by_role(topic for topic in (
+    *SIM_TOPICS, *WORLD_TOPICS, *CONTROL_TOPICS, *ROBOT_TOPICS) if topic.role in (
     'joint_states', 'joint_command', 'ground_truth', 'torque_parts', 'reference', 'events',
-    'motor_current'))
+    'contact_effort', 'contacts', 'objects', 'motor_current'))
+#: Those of them that are not numbers by joint.
+_RAW = ('events', 'contacts', 'objects')
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +149,7 @@ def _topics(bag: Bag) -> dict[str, str]:
 
 def _names(bag: Bag, role: str, topic: str, prefix: str | None) -> list[str] | None:
     """Return the columns wanted of a topic: the six joints, or the parts of their torque."""
-    if role == 'events':
+    if role in _RAW:
         return None
     if prefix is None:
         prefix = _prefix(bag, topic)
@@ -197,8 +207,15 @@ def _side(bag: Bag) -> tuple[NodeRecord | None, str, str]:
         parameters['mode'] = 'unknown'
     side = NodeRecord(said.get('arm_name', arm.name), arm, parameters, _json(bag, 'versions', {}),
                 bag.notes.get('summary', {}), _json(bag, 'fingerprint', {}),
-                _changes(bag, known))
+                _changes(bag, known),
+                _world(bag, parameters) if node == 'sim' else NOTHING)
     return side, node, said.get('run', '')
+
+
+def _world(bag: Bag, parameters: dict[str, Any]) -> World:
+    """Return what a simulator's bag says that the arm could touch."""
+    world = parse_world(bag.description.get('world', ''), f'{bag.path}: world')
+    return with_contact(world, parameters)
 
 
 def _changes(bag: Bag, known: tuple[Parameter, ...]) -> tuple[ParameterChange, ...]:
@@ -217,6 +234,12 @@ def _changes(bag: Bag, known: tuple[Parameter, ...]) -> tuple[ParameterChange, .
     return tuple(sorted(found, key=lambda change: change.stamp))
 
 
+def messages_of(raw: RawColumns) -> Iterator[bytes]:
+    """Yield the messages of a topic that is read as bytes."""
+    for begin, end in zip(raw.offsets[:-1].tolist(), raw.offsets[1:].tolist(), strict=True):
+        yield np.ascontiguousarray(raw.data[begin:end]).tobytes()
+
+
 def events_of(source: BagData) -> Iterator[RecordedEvent]:
     """
     Yield the events that a simulator's bag holds.
@@ -230,9 +253,8 @@ def events_of(source: BagData) -> Iterator[RecordedEvent]:
     if not source.has('events'):
         return
     raw = source.data['events']
-    for begin, end in zip(raw.offsets[:-1].tolist(), raw.offsets[1:].tolist(), strict=True):
-        message = decode('diagnostic_msgs/msg/DiagnosticArray',
-                         np.ascontiguousarray(raw.data[begin:end]).tobytes())
+    for data in messages_of(raw):
+        message = decode('diagnostic_msgs/msg/DiagnosticArray', data)
         stamp = message['header']['stamp']
         for status in message['status']:
             try:

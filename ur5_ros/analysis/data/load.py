@@ -5,7 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ur5_ros.analysis.data.bags import PART_NAMES, BagData, events_of, open_bags
+from ur5_ros.analysis.data.bags import (
+    PART_NAMES,
+    BagData,
+    events_of,
+    messages_of,
+    open_bags,
+)
+from ur5_ros.analysis.data.contact import contact_rows, contact_series
 from ur5_ros.analysis.data.run import (
     PARTS,
     NodeRecord,
@@ -87,7 +94,7 @@ def load_run(
         **known, **answer, reference=star,
         physics_rate=float(sim.parameters['physics_rate']) if sim else 0.0,
         truth=_truth(sources, stamp), parts=_parts(sources, stamp),
-        sim=_sim_side(sim, arm),
+        **_contact(sources, stamp, sim), sim=_sim_side(sim, arm),
         control=_control_record(control, control_arm or (arm if sim is None else None), gains),
         events=tuple(event for source in sources for event in events_of(source)),
         counts=counts, problems=tuple(problems), current=_current(sources, stamp),
@@ -227,6 +234,22 @@ def _parts(sources: list[BagData], stamp: np.ndarray) -> dict[str, np.ndarray]:
     columns = source.data['torque_parts']
     values = _aligned(stamp, columns.stamp, columns.effort)
     return {part: values[:, 6 * i:6 * i + 6] for i, part in enumerate(PART_NAMES)}
+
+
+def _contact(sources: list[BagData], stamp: np.ndarray, sim: NodeRecord | None) -> dict:
+    """Return what was felt of the world, where there is one."""
+    if sim is None or sim.world.empty:
+        return {}
+    source = next(source for source in sources if source.node == 'sim')
+    rate = float(sim.parameters['physics_rate'])
+    steps = round(rate / sim.parameters['control_rate'])
+    rows = np.zeros((len(stamp), steps, 6))
+    if source.has('contact_effort'):
+        columns = source.data['contact_effort']
+        rows = contact_rows(stamp, rate, steps, columns.stamp, columns.effort)
+    messages = ((role, data) for role in ('contacts', 'objects') if source.has(role)
+                for data in messages_of(source.data[role]))
+    return {'contact': rows, **contact_series(messages)}
 
 
 def _current(sources: list[BagData], stamp: np.ndarray) -> np.ndarray | None:

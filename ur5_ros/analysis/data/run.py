@@ -6,6 +6,8 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from ur5_ros.cdr.contact_messages import ContactForce
+from ur5_ros.config.worlds import NOTHING, World
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference
@@ -64,6 +66,8 @@ class NodeRecord:
     """What repeatability to the last bit depends on."""
     changes: tuple[ParameterChange, ...] = ()
     """Later changes of the law's parameters, in order of time; the simulator's are events."""
+    world: World = NOTHING
+    """What the simulated arm can touch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +114,14 @@ class Run:
     """Whether the effort is a robot's own target torque, which belongs to the reference."""
     current: np.ndarray | None = None
     """Motor currents [A], shape (n, 6), of a real robot's log."""
+    contact: np.ndarray | None = None
+    """Joint torque of all contacts in each physics step up to each state [N m], shape (n,
+    substeps, 6); None without a world."""
+    contact_forces: tuple[tuple[int, list[ContactForce]], ...] = ()
+    """Stamp [ns] and forces of the contacts, at the simulator's ``monitor_rate``."""
+    objects: tuple[tuple[int, np.ndarray], ...] = ()
+    """Stamp [ns] and pose of every free body of the world, position [m] and quaternion (x, y, z,
+    w) in base, shape (bodies, 7), likewise."""
 
     @property
     def required_reference(self) -> Reference:
@@ -130,6 +142,11 @@ class Run:
     def required_control(self) -> NodeRecord:
         """The controller's record; InputError where the bag has none."""
         return self._required(self.control, 'the controller is not described')
+
+    @property
+    def required_contact(self) -> np.ndarray:
+        """The contact torque, shape (n, substeps, 6) [N m]; InputError where there is no world."""
+        return self._required(self.contact, 'there was no world to touch')
 
     @property
     def required_current(self) -> np.ndarray:
@@ -176,6 +193,16 @@ class Run:
         known = np.isfinite(self.truth.q).all(axis=1)[:, None]
         return States(*(np.where(known, true, published)
                         for true, published in zip(self.truth, self.states, strict=True)))
+
+    def applied(self, rows: np.ndarray) -> np.ndarray:
+        """
+        Return what motors and contacts put on the joints in each physics step after some rows.
+
+        Rows that are followed by the state one period later, shape (m,); (m, substeps, 6) [N m].
+
+        """
+        effort = np.repeat(self.exact.effort[rows + 1][:, None], max(self.substeps, 1), axis=1)
+        return effort if self.contact is None else effort + self.contact[rows + 1]
 
     @property
     def jitter(self) -> float:

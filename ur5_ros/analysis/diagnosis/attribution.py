@@ -5,6 +5,7 @@ from typing import Any
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.diagnosis.command_path import path_causes
+from ur5_ros.analysis.diagnosis.contact import contact_cause
 from ur5_ros.analysis.diagnosis.plant import plant_causes
 from ur5_ros.analysis.result import FAIL, Check
 
@@ -13,10 +14,20 @@ _PLANT = ('residual, controller arm', 'inverse dynamics')
 _PATH = ('command acts', 'states on time', 'error step', 'error recursion', 'error continuous')
 
 
-def causes(run: Run, checks: Sequence[Check]) -> list[dict[str, Any]]:
-    """Return why checks fail, most certain first; empty where no failed check needs a cause."""
+def causes(run: Run, checks: Sequence[Check], residual_limit: float = 0.0,
+           ) -> list[dict[str, Any]]:
+    """
+    Return why checks fail, most certain first; empty where no failed check needs a cause.
+
+    ``residual_limit`` is the mark of the residual [N m].
+
+    """
     failed = {check.name for check in checks if check.verdict == FAIL}
     record = run.law_record
+    if 'residual, simulator arm' in failed:
+        missing = contact_cause(run, residual_limit)
+        if missing is not None:
+            return [missing]
     found = []
     if failed.intersection(_PATH):
         found += path_causes(run)

@@ -174,7 +174,9 @@ def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Calla
 @cache
 def _sources() -> str:
     digest = sha256()
-    for path in sorted(Path(__file__).parent.glob('*.py')):
+    here = Path(__file__).parent
+    # the simulator's kernels call functions in other files of theirs as well
+    for path in sorted([*here.glob('*.py'), *(here.parents[1] / 'sim').rglob('*.py')]):
         text = path.read_bytes()
         if path.name in ('compiled.py', 'base_parameters.py') or b'\n@inlined' in text or (
                 b'\n@kernel' in text):

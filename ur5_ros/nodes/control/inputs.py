@@ -39,7 +39,8 @@ class ControlInputs:
         self.subscriptions: dict[int, tuple[str, int, Any]] = {}
         """Number of a subscription to topic, number to record under, what takes the bytes."""
         for role, take in (('target_joints', self._take_joints), ('target_pose', self._take_pose),
-                           ('joint_trajectory', self._take_trajectory), ('path', self._take_path)):
+                           ('joint_trajectory', self._take_trajectory), ('path', self._take_path),
+                           ('target_wrench', self._take_wrench)):
             number, record = topics.subscribe(role)
             self.subscriptions[number] = (topics.names[role], record, take)
 
@@ -67,6 +68,13 @@ class ControlInputs:
         matrices = np.array([_matrix(pose['pose']) for pose in poses]).reshape(-1, 4, 4)
         self._cycle.controller.path(
             matrices, [stamp_of(pose['header']) for pose in poses], message['header']['frame_id'])
+        self._recording.write(record, data)
+
+    def _take_wrench(self, record: int, data: bytes) -> None:
+        message = read_message('geometry_msgs/msg/WrenchStamped', data)
+        force, torque = ([message['wrench'][part][axis] for axis in 'xyz']
+                         for part in ('force', 'torque'))
+        self._cycle.controller.target_wrench(force, torque, message['header']['frame_id'])
         self._recording.write(record, data)
 
 

@@ -13,7 +13,8 @@ from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.config import arm_text
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.parameter_files import require_sections
-from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS
+from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS, WORLD_TOPICS
+from ur5_ros.config.worlds import world_text
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
@@ -68,8 +69,9 @@ class SimNode:
         self.recording = Recording(parameters.bag, 'sim', parameters.max_bagfile_duration,
                                    parameters.max_bagfile_size)
         self._loop = loop(self.node, parameters.hot_loop)
-        topics = self.topics = Topics(self.node, self._loop, self.recording, SIM_TOPICS)
-        self.outputs = SimOutputs(self.node, topics, self.recording, parameters, plant.arm.name)
+        topics = self.topics = Topics(self.node, self._loop, self.recording,
+                                      (*SIM_TOPICS, *WORLD_TOPICS))
+        self.outputs = SimOutputs(self.node, topics, self.recording, parameters, plant)
         self.simulation = Simulation(plant, self.outputs, self.logger, parameters)
         self.gate = CommandGate([parameters.tf_prefix + name for name in JOINT_NAMES],
                                 parameters, time.monotonic)
@@ -78,8 +80,9 @@ class SimNode:
                                 self.steps, parameters)
         self.recording.begin(self.run_name, describe(
             'sim', self.run_name, plant.arm.name, arm_text(parameters.arm), parameters.by_name(),
-            topics.names, fingerprint()))
-        self.outputs.introduce(self.run_name, urdf_text(plant.arm, parameters.tf_prefix))
+            topics.names, fingerprint(), world_text(parameters.world)))
+        self.outputs.introduce(self.run_name, urdf_text(
+            plant.arm, parameters.tf_prefix, world=plant.world))
         self._turns = SimLoop(self.simulation, self.inputs, self.gate, parameters)
         offer_services(self.node, self)
         self._every_second = EverySecond()

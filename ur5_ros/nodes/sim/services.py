@@ -123,7 +123,9 @@ def _respond(step: StepRequest, success: bool, message: str) -> None:
 
 def offer_services(node: Node, sim: Any) -> None:
     """
-    Offer ``~/pause``, ``~/reset`` and the parameters; ``~/step`` is :class:`StepQueue`.
+    Offer ``~/pause``, ``~/reset``, ``~/zero_force_torque_sensor`` and the parameters.
+
+    ``~/step`` is :class:`StepQueue`.
 
     Parameters
     ----------
@@ -136,6 +138,8 @@ def offer_services(node: Node, sim: Any) -> None:
     call = sim.inputs.requests.call
     add_service(node, SetBool, '~/pause', lambda request: call(lambda: sim.pause(request.data)))
     add_service(node, Trigger, '~/reset', lambda request: call(sim.reset))
+    add_service(node, Trigger, '~/zero_force_torque_sensor',
+                lambda request: call(sim.simulation.zero_force_torque_sensor))
 
     offer_standard_services(node, sim)
     serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)))

@@ -1,6 +1,6 @@
 """The plant on its topics, one period at a time."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from ur5_ros.nodes.ros.diagnostics import Throttle
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.plant import Plant
+
+if TYPE_CHECKING:
+    from ur5_ros.sim.world.publication import ContactPublication
 
 #: Simulated time in which the arm is brought to rest when the node is asked to end [s].
 BRAKING_TIME = 0.2
@@ -51,6 +54,7 @@ class Simulation:
         """Control period [s]."""
         self._last = round(parameters.stop_after * rate) or None
         self._throttle = Throttle()
+        self._contact = None if plant.world.empty else _publication(parameters)
 
     @property
     def finished(self) -> bool:
@@ -85,6 +89,14 @@ class Simulation:
         self._send(self.plant.reset())
         return f'state {self.plant.k} is the initial one'
 
+    def zero_force_torque_sensor(self) -> str:
+        """Take the wrench of now for zero; return what to answer."""
+        if self._contact is None:
+            raise InputError('there is no force sensor without a world; set the parameter world')
+        self._contact.zero(self.plant)
+        self.log('force_torque_sensor', 'zeroed')
+        return 'the wrench of now is zero'
+
     def pause(self, paused: bool) -> str:
         """Stop or let go simulated time; return what to answer."""
         word = 'paused' if paused else 'running'
@@ -114,6 +126,8 @@ class Simulation:
         self.outputs.state(state)
         if not self.plant.exact_sensing:
             self.outputs.truth(self.plant.truth)
+        if self._contact is not None:
+            self.outputs.contact(self._contact.messages(self.plant))
         self.send_events(self.plant)
 
     def _send_event(self, each: Event) -> None:
@@ -121,6 +135,11 @@ class Simulation:
         what = each.kind + each.values.get('reason', each.message)
         if each.kind in _WARNINGS and self._throttle(what):
             self.logger.warning(f'{each.message} ({each.stamp * 1e-9:.3f} s)')
+
+
+def _publication(parameters: SimParameters) -> 'ContactPublication':
+    from ur5_ros.sim.world.publication import ContactPublication  # loads Numba
+    return ContactPublication(parameters)
 
 
 def set_wrench(plant: Plant, message: dict[str, Any], prefix: str) -> None:

@@ -1,6 +1,7 @@
 """Outputs of the simulator: states, clock, events, truth, diagnostics."""
 
 import json
+from collections.abc import Iterable
 from typing import Any
 
 from rclpy.node import Node
@@ -10,10 +11,12 @@ from ur5_ros.cdr.diagnostics import status_array
 from ur5_ros.cdr.fixed_messages import FixedJointState, encode_stamp, encode_string
 from ur5_ros.cdr.layout import LITTLE_ENDIAN
 from ur5_ros.config.node_parameters import SimParameters
+from ur5_ros.config.topics import WORLD_TOPICS
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Send, Topics
 from ur5_ros.signals import JOINT_NAMES, ArmState
 from ur5_ros.sim.events import Event
+from ur5_ros.sim.plant import Plant
 
 
 class SimOutputs:
@@ -30,17 +33,17 @@ class SimOutputs:
         The bag.
     parameters : SimParameters
         Of the node.
-    arm_name : str
-        ``hardware_id`` of everything diagnostic.
+    plant : Plant
+        Its arm is the ``hardware_id`` of everything diagnostic; its world adds topics.
 
     """
 
     def __init__(
         self, node: Node, topics: Topics, recording: Recording, parameters: SimParameters,
-        arm_name: str,
+        plant: Plant,
     ) -> None:
         self._name = node.get_fully_qualified_name()
-        self._arm_name = arm_name
+        self._arm_name = plant.arm.name
         self._recording = recording
         names = [parameters.tf_prefix + name for name in JOINT_NAMES]
         self._states = FixedJointState(names)
@@ -54,6 +57,9 @@ class SimOutputs:
         self._send_diagnostics = topics.sender('diagnostics')
         self._publish_run, self._run_id = topics.publisher('run')
         self._send_description = topics.sender('robot_description')
+        self._contact: dict[str, Send] = {}
+        if not plant.world.empty:
+            self._contact = {topic.role: topics.sender(topic.role) for topic in WORLD_TOPICS}
         self.hash = PayloadHash(self._states)
         self._last_state = b''
         self._last_clock = b''
@@ -103,6 +109,11 @@ class SimOutputs:
     def truth(self, state: ArmState) -> None:
         """Send the exact state."""
         self._send_truth(self._states.encode(state.stamp, state.q, state.qd, state.effort))
+
+    def contact(self, messages: Iterable[tuple[str, bytes]]) -> None:
+        """Send what is felt of the world: role and CDR bytes of each message."""
+        for role, data in messages:
+            self._contact[role](data)
 
     def event(self, event: Event) -> None:
         """Send an event."""

@@ -1,0 +1,212 @@
+"""Cartesian impedance: the tool yields like a mass on a spring and a damper, in six directions."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.config.node_parameters import ControlParameters
+from ur5_ros.config.parameters import HOME
+from ur5_ros.control import kernel
+from ur5_ros.control.gains import Gains, definite_matrix, sampled_radius
+from ur5_ros.errors import InputError
+from ur5_ros.model.dynamics import dynamics_terms
+from ur5_ros.model.kinematics import forward_kinematics, jacobian, jacobian_rate
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.model.rotations import rotation_vector
+from ur5_ros.signals import ArmState, Reference, Torque
+
+#: Singular value of J below which its inverse is limited (m and rad taken alike); the limit is
+#: the largest factor by which the inverse multiplies a tool velocity: 1 / (2 SMALLEST).
+SMALLEST = 0.05
+
+
+class Impedance(NamedTuple):
+    """What the tool is asked to feel like."""
+
+    stiffness: np.ndarray
+    """K, shape (6, 6): [N/m] for the first three axes, [N m/rad] for the others."""
+    damping: np.ndarray
+    """D, shape (6, 6) [N s/m], [N m s/rad]."""
+    inertia: np.ndarray | None
+    """M_x, shape (6, 6) [kg], [kg m^2]; None = the inertia that the tool has."""
+    frame: str
+    """Axes of the three: ``base`` or ``tool``."""
+    wrench: np.ndarray
+    """Desired force [N] and torque [N m] of the tool on its surroundings, in base, shape (6,)."""
+
+
+def cartesian_impedance(state: ArmState, reference: Reference, arm: ArmParameters,
+                        impedance: Impedance) -> Torque:
+    r"""
+    Return the joint torque, with its parts.
+
+    The reference of the joints is that of the tool by forward kinematics.  With
+    :math:`e = (p - p^*, \log R R^{*T})` and :math:`F = w - K e - D \dot e`:
+
+    .. math::
+
+        \tau &= M J^+ (a^* - \dot J \dot q) + C \dot q + g + J^T F \\
+        \tau &= M J^+ (a^* - \dot J \dot q + M_x^{-1} F) + C \dot q + g
+
+    without and with M_x.  The tool then answers a contact wrench w_c as
+    :math:`\Lambda \ddot e + D \dot e + K e = w + w_c`, or
+    :math:`M_x \ddot e + D \dot e + K e = w + M_x \Lambda^{-1} w_c`: shaping the inertia leaves
+    the stiffness felt at rest changed, as w_c is not measured (Hogan 1985; Ott 2008, chapter 3).
+
+    Parameters
+    ----------
+    state : ArmState
+        Measured state.
+    reference : Reference
+        What to follow, in joints.
+    arm : ArmParameters
+        The arm that the law assumes.
+    impedance : Impedance
+        Stiffness, damping, inertia, desired wrench.
+
+    Returns
+    -------
+    Torque
+        ``feedback`` is what impedance and desired wrench take [N m].
+
+    """
+    q, desired = state.q + arm.angle_offset, reference.q + arm.angle_offset
+    J, J_desired = jacobian(q, arm), jacobian(desired, arm)
+    pose, target = forward_kinematics(q, arm), forward_kinematics(desired, arm)
+    e = pose_error(pose, target)
+    rate = J @ state.qd - J_desired @ reference.qd
+    acceleration = (J_desired @ reference.qdd
+                    + jacobian_rate(desired, reference.qd, arm) @ reference.qd
+                    - jacobian_rate(q, state.qd, arm) @ state.qd)
+    turn = np.kron(np.eye(2), pose[:3, :3]) if impedance.frame == 'tool' else np.eye(6)
+    K, D = (turn @ part @ turn.T for part in (impedance.stiffness, impedance.damping))
+    force = impedance.wrench - K @ e - D @ rate
+    M, C, g = dynamics_terms(q, state.qd, arm)
+    inverse = limited_inverse(J)
+    inertial, coriolis = M @ (inverse @ acceleration), C @ state.qd
+    if impedance.inertia is None:
+        feedback = J.T @ force
+    else:
+        feedback = M @ (inverse @ (turn @ np.linalg.solve(impedance.inertia, turn.T @ force)))
+    return Torque(inertial + feedback + coriolis + g, inertial, feedback, coriolis, g)
+
+
+def pose_error(pose: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Return p - p* [m] and the rotation vector of R R*^T [rad], both in base, shape (6,)."""
+    turn = pose[:3, :3] @ target[:3, :3].T
+    return np.concatenate([pose[:3, 3] - target[:3, 3], rotation_vector(turn[None])[0]])
+
+
+def limited_inverse(J: np.ndarray) -> np.ndarray:
+    """Return J^-1; near a singularity s/(s^2 + d^2) replaces 1/s (damped least squares)."""
+    U, s, Vt = np.linalg.svd(J)
+    damping = np.where(s < SMALLEST, SMALLEST**2 - s**2, 0.0)
+    return Vt.T @ ((s / (s**2 + damping))[:, None] * U.T)
+
+
+def inverse_is_limited(q: np.ndarray, arm: ArmParameters) -> bool:
+    """Return whether :func:`limited_inverse` differs from J^-1 at ``q``, manufacturer's angles."""
+    values = np.linalg.svd(jacobian(q + arm.angle_offset, arm), compute_uv=False)
+    return bool(values[-1] < SMALLEST)
+
+
+class CartesianImpedanceLaw:
+    """
+    The law with its constants and the checks that every law makes of state and torque.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        The arm that the law assumes, with its limits.
+    impedance : Impedance
+        What the tool is asked to feel like.
+    gravity_excluded : bool
+        Whether the robot adds g(q) itself: the total is then without it.
+    max_state_jump : float
+        Largest distance of a joint between two states [rad].
+
+    """
+
+    def __init__(self, arm: ArmParameters, impedance: Impedance, gravity_excluded: bool = False,
+                 max_state_jump: float = np.inf) -> None:
+        self.impedance = impedance
+        self._arm, self._gravity_excluded = arm, gravity_excluded
+        self._jump = max_state_jump
+
+    def __call__(self, state: ArmState, q_before: np.ndarray, reference: Reference,
+                 torque_before: np.ndarray, largest_change: float) -> tuple[np.ndarray, int]:
+        """Return the torque with its parts and what is out of bounds; see ``TorqueLaw``."""
+        limits = self._arm.limits
+        code = 0
+        if not ((np.abs(state.q - q_before) <= self._jump).all()
+                and (np.abs(state.qd) <= limits.velocity).all()
+                and (limits.lower <= state.q).all() and (state.q <= limits.upper).all()):
+            code = kernel.STATE
+        try:
+            torque = np.array(cartesian_impedance(state, reference, self._arm, self.impedance))
+        except (InputError, np.linalg.LinAlgError):  # the state is not finite
+            return np.full((5, 6), np.nan), kernel.STATE | kernel.NOT_FINITE
+        whole = torque[kernel.TOTAL].copy()
+        if self._gravity_excluded:
+            torque[kernel.TOTAL] -= torque[kernel.GRAVITY]
+        if not np.isfinite(torque).all():
+            return torque, code | kernel.NOT_FINITE
+        if not (np.abs(whole) <= limits.effort).all():
+            code |= kernel.EFFORT
+        if np.abs(torque[kernel.TOTAL] - torque_before).max() > largest_change:
+            code |= kernel.RATE
+        return torque, code
+
+
+def impedance_from(parameters: ControlParameters, wrench: np.ndarray) -> Impedance:
+    """
+    Return the impedance that the parameters describe, and a desired wrench [N], [N m] in base.
+
+    Raises
+    ------
+    InputError
+        If stiffness, damping or inertia are not symmetric and positive definite.
+
+    """
+    given = parameters.impedance_inertia
+    return Impedance(
+        definite_matrix('impedance.stiffness', parameters.impedance_stiffness),
+        definite_matrix('impedance.damping', parameters.impedance_damping),
+        definite_matrix('impedance.inertia', given) if given else None,
+        parameters.impedance_frame, wrench)
+
+
+def check_sampled_impedance(impedance: Impedance, arm: ArmParameters, control_rate: int) -> None:
+    """
+    Refuse an impedance that shakes the arm when its torque is held for a control period.
+
+    Judged where the arm stands in ``HOME``, as for the joint laws.
+
+    Raises
+    ------
+    InputError
+        Naming the direction in which it is least stable.
+
+    """
+    home = np.array(HOME) + arm.angle_offset
+    J, M = jacobian(home, arm), dynamics_terms(home, np.zeros(6), arm)[0]
+    turn = np.kron(np.eye(2), forward_kinematics(home, arm)[:3, :3])
+    turn = turn if impedance.frame == 'tool' else np.eye(6)
+    along = turn.T @ J  # from joint speeds to the axes of the impedance
+    inertia = np.linalg.inv(along @ np.linalg.solve(M, along.T))
+    if impedance.inertia is not None:
+        inertia = impedance.inertia
+    radius = sampled_radius(Gains(impedance.stiffness, impedance.damping), inertia,
+                            1.0 / control_rate)
+    if radius < 1.0:
+        return
+    largest = control_rate / np.diag(np.linalg.inv(inertia))
+    axis = int((np.diag(impedance.damping) / largest).argmax())
+    raise InputError(
+        f'mode cartesian_impedance sampled at {control_rate} Hz is unstable (spectral radius '
+        f'{radius:.4g}), most of all {_DIRECTIONS[axis]}: damping is '
+        f'{impedance.damping[axis, axis]:g}; for arm {arm.name} give less than about '
+        f'{largest[axis]:.2g}, or lower the stiffness')
+
+
+_DIRECTIONS = ('along x', 'along y', 'along z', 'about x', 'about y', 'about z')

@@ -1,0 +1,1 @@
+"""What stands around the arm: shapes, contact points, and the step that solves contact."""

@@ -1,0 +1,154 @@
+"""
+One physics step with contact, compiled: joints, free bodies and contact forces together.
+
+The joints are solved exactly, with friction and stops, under the contact forces of now; the
+contacts are solved with the joints that stick or stand at a stop held; and so on until no joint
+changes between held and free.  The joints come last, so that their equation holds to rounding
+whatever the contacts have come to.
+"""
+
+
+from ur5_ros.model.kernels.base_parameters import D1, GRAVITY, SIZE
+from ur5_ros.model.kernels.compiled import B1, R1, R2, W1, W2, inlined, kernel
+from ur5_ros.model.kernels.plane_geometry import axes
+from ur5_ros.model.kernels.trigonometry import sine_cosine
+from ur5_ros.sim.integrator_kernel import FAILED, HELD, TOUCH, prepare_step, solve_active_set
+from ur5_ros.sim.world.contact_rows import (
+    factor,
+    substitute,
+    write_body_responses,
+    write_bounds,
+    write_own_responses,
+    write_rows,
+)
+from ur5_ros.sim.world.contact_solver import solve_contacts, write_first_guess
+from ur5_ros.sim.world.free_bodies import VELOCITY, move_body, write_free_velocity, write_rotation
+
+#: What :func:`contact_step` comes to besides HELD and FAILED.
+FLOWN = 3
+
+#: Times that the joints are solved again, at most.
+_PASSES = 8
+#: Numbers of the output: q', qd', joint torque of all contacts, sweeps.
+OUTPUT = 19
+_JOINTS = 174
+
+
+def work_size(bodies: int, contacts: int) -> int:
+    """Return the length of the working space."""
+    n = 6 + 6 * bodies
+    return _JOINTS + 2 * n + 9 * bodies + contacts * (6 * n + 20)
+
+
+@inlined
+def write_bodies(bodies, rotations, gravity, h, X, F, u):
+    """Write the bodies' velocities after the step under the contact forces of now."""
+    for i in range(bodies.shape[0]):
+        at = 6 + 6 * i
+        write_free_velocity(bodies[i], rotations[i], gravity, h, u[at:at + 6])
+        for r in range(F.shape[0]):
+            for a in range(6):
+                u[at + a] += X[r, at + a] * F[r]
+
+
+@inlined
+def write_joints(q, qd, delta, constants, J, F, out, held):
+    """Write q', qd', the torque of all contacts and the joints held; return HELD if one is."""
+    code, h = 0, constants[30]
+    for j in range(6):
+        out[6 + j] = qd[j] + delta[j]
+        out[j] = q[j] + h * out[6 + j]
+        held[j] = out[j] >= constants[24 + j] - TOUCH or out[j] <= constants[18 + j] + TOUCH
+        if held[j]:
+            code = HELD
+        out[12 + j] = 0.0
+        for r in range(F.shape[0]):
+            out[12 + j] += J[r, j] * F[r]
+    return code
+
+
+@inlined
+def write_forces(directions, F, force):
+    """Write the force on A of every contact in base."""
+    for c in range(force.shape[0]):
+        for a in range(3):
+            force[c, a] = 0.0
+            for r in range(3):
+                force[c, a] += directions[c, r, a] * F[3 * c + r]
+
+
+@kernel(R1, R1, R1, W2, R2, R2, R2, W2, W1, B1, W1, hot=True)
+def contact_step(state, constants, k, bodies, points, last_points, last_force, force, out, held,
+                 work):
+    """
+    Take one step of arm and bodies; return 0, HELD, FAILED or FLOWN.
+
+    ``state`` and ``constants`` as of ``engine_torque``; ``k`` is the packed arm in the gravity in
+    force, and its angle offsets; ``force`` becomes the force on A of every contact in ``base``.
+    """
+    q, qd, gravity, h = state[42:48], state[48:54], k[GRAVITY:GRAVITY + 3], constants[30]
+    M, drive = work[:36].reshape((6, 6)), work[36:42]
+    lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
+    solving, free, loaded = work[66:132], work[102:108], work[132:138]
+    L, was_free = work[138:174].reshape((6, 6)), out[6:12]
+    n, count, number = 6 + 6 * bodies.shape[0], points.shape[0], bodies.shape[0]
+    rows, at = 3 * count, _JOINTS
+    u, before = work[at:at + n], work[at + n:at + 2 * n]
+    at += 2 * n
+    rotations = work[at:at + 9 * number].reshape((number, 3, 3))
+    at += 9 * number
+    J = work[at:at + rows * n].reshape((rows, n))
+    at += rows * n
+    X = work[at:at + rows * n].reshape((rows, n))
+    at += rows * n
+    F, limit = work[at:at + rows], work[at + rows:at + rows + count]
+    give = work[at + rows + count:at + rows + 2 * count]
+    at += rows + 2 * count
+    directions = work[at:at + 9 * count].reshape((count, 3, 3))
+    W = work[at + 9 * count:at + 15 * count].reshape((count, 6))
+    prepare_step(state, constants, M, drive, lowest, highest)
+    for j in range(6):
+        before[j] = qd[j]
+    for i in range(number):
+        write_rotation(bodies[i], rotations[i])
+        for a in range(6):
+            before[6 + 6 * i + a] = bodies[i, VELOCITY + a]
+    if count:
+        angles = out[:6]
+        for j in range(6):
+            angles[j] = q[j] + k[SIZE + j]
+        _, _, lines = axes(angles, 0, k)
+        s1, c1 = sine_cosine(angles[0])
+        write_rows(points, bodies, (lines, s1, c1, k[D1]), J, directions)
+        write_bounds(points, J, before, h, limit, give)
+        write_first_guess(points, last_points, last_force, directions, F)
+        write_body_responses(J, X, bodies, rotations, h)
+    sweeps = 0
+    for attempt in range(_PASSES + 1):
+        for j in range(6):
+            loaded[j] = drive[j]
+            for r in range(rows):
+                loaded[j] += J[r, j] * F[r]
+        if solve_active_set(M, loaded, qd, constants[12:18], lowest, highest, solving, delta, f):
+            return FAILED
+        same = attempt > 0
+        for j in range(6):
+            same &= was_free[j] == free[j]
+        if same or not count or attempt == _PASSES:
+            break
+        for j in range(6):
+            was_free[j], u[j] = free[j], qd[j] + delta[j]
+        factor(M, free, L)
+        for r in range(rows):
+            substitute(L, free, J[r], X[r])
+        write_own_responses(J, X, W)
+        write_bodies(bodies, rotations, gravity, h, X, F, u)
+        sweeps += solve_contacts(points, J, X, W, limit, give, u, F)
+    out[18] = sweeps
+    code = write_joints(q, qd, delta, constants, J, F, out, held)
+    write_bodies(bodies, rotations, gravity, h, X, F, u)
+    for i in range(number):
+        if not move_body(bodies[i], u[6 + 6 * i:12 + 6 * i], h):
+            code = FLOWN
+    write_forces(directions, F, force)
+    return code

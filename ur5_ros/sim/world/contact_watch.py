@@ -1,0 +1,92 @@
+"""Which bodies touch each other: reported once when it begins and when it ends."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ur5_ros.sim.world.contact import Contacts
+
+#: Time without force after which a contact has ended [s]: a bounce or a rattle is one contact.
+QUIET = 0.02
+
+#: Columns of a contact point that say where it is.
+_PLACE = slice(2, 5)
+
+
+class ContactWatch:
+    """
+    Pairs of bodies with a force between them.
+
+    Parameters
+    ----------
+    control_rate : int
+        Control periods a second [Hz].
+
+    """
+
+    def __init__(self, control_rate: int):
+        self._patience = max(1, round(QUIET * control_rate))
+        self._quiet: dict[tuple[str, str], int] = {}
+
+    def clear(self) -> None:
+        """Forget every contact, as a reset does."""
+        self._quiet.clear()
+
+    def look(self, steps: Sequence['Contacts']) -> list[tuple[str, dict[str, Any]]]:
+        """
+        Take note of a control period.
+
+        Parameters
+        ----------
+        steps : sequence of Contacts
+            Its physics steps.
+
+        Returns
+        -------
+        list of (str, dict)
+            Sentence and values of each contact that begins or ends.
+
+        """
+        touching = {pair for step in steps
+                    for pair, force in zip(step.pairs, step.force, strict=True)
+                    if force[0] or force[1] or force[2]}
+        if touching == self._quiet.keys():  # the usual period: nothing begins, nothing ends
+            for pair in touching:
+                self._quiet[pair] = 0
+            return []
+        return self._changes(_felt(steps))
+
+    def _changes(self, felt: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]],
+                 ) -> list[tuple[str, dict[str, Any]]]:
+        """Return what begins and what ends."""
+        reports = []
+        for pair, (force, place) in felt.items():
+            if pair not in self._quiet:
+                size = float(np.linalg.norm(force))
+                reports.append((f'{pair[0]} touches {pair[1]} with {size:.4g} N', {
+                    'bodies': list(pair), 'active': True, 'force': force.tolist(),
+                    'place': place.tolist()}))
+            self._quiet[pair] = 0
+        for pair in [pair for pair in self._quiet if pair not in felt]:
+            self._quiet[pair] += 1
+            if self._quiet[pair] >= self._patience:
+                del self._quiet[pair]
+                reports.append((f'{pair[0]} and {pair[1]} have parted', {
+                    'bodies': list(pair), 'active': False}))
+        return reports
+
+
+def _felt(steps: Sequence['Contacts']) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
+    """Return, by pair, the force on the first body [N] and where it acts, of the largest step."""
+    found: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]] = {}
+    for each in steps:
+        size = np.abs(each.force).sum(axis=1)
+        for pair in {each.pairs[i] for i in np.flatnonzero(size)}:
+            rows = [i for i, other in enumerate(each.pairs) if other == pair and size[i] > 0.0]
+            force = each.force[rows].sum(axis=0)
+            if pair not in found or np.linalg.norm(force) > np.linalg.norm(found[pair][0]):
+                place = np.average(each.points[rows, _PLACE], axis=0, weights=size[rows])
+                found[pair] = force, place
+    return dict(sorted(found.items()))
