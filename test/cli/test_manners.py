@@ -11,8 +11,8 @@ import pytest
 
 from ur5_ros.cli.run import run
 
-COMMANDS = ('demo', 'validate', 'compare', 'replay', 'resimulate', 'recontrol', 'import',
-            'identify', 'recover', 'sweep', 'view', 'render', 'urdf')
+COMMANDS = ('demo', 'warm-up', 'validate', 'compare', 'replay', 'resimulate', 'recontrol',
+            'import', 'identify', 'excite', 'recover', 'sweep', 'view', 'render', 'urdf')
 
 
 def test_help_of_every_command_fits_one_screen(ur5):

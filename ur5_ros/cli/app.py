@@ -182,6 +182,28 @@ def identify(
 
 
 @app.command()
+def excite(
+    out: Annotated[Path, typer.Option(
+        '-o', '--out', metavar='FILE', help='Experiment file to write, with a JointTrajectory '
+        'beside it.', show_default=False)],
+    arm: Annotated[str, typer.Option(
+        metavar='NAME', autocompletion=_arms, help='Arm whose limits hold.')] = 'ur5',
+    seconds: Annotated[float, typer.Option(metavar='S', help='Length of the motion.')] = 30.0,
+    budget: Annotated[float, typer.Option(
+        metavar='S', help='Time that the search may take.')] = 120.0,
+    acceleration: Annotated[float, typer.Option(
+        metavar='A', help='Largest joint acceleration [rad/s^2].')] = 4.0,
+    clearance: Annotated[float, typer.Option(
+        metavar='M', help='Least distance from the table and from the arm itself [m].')] = 0.12,
+    seed: Annotated[int, typer.Option(metavar='N', help='Seed of the search.')] = 0,
+    json: Json = None,
+) -> int:
+    """Find a motion that excites every parameter of an arm."""
+    from ur5_ros.cli import identification
+    return identification.excite(out, arm, seconds, budget, acceleration, clearance, seed, json)
+
+
+@app.command()
 def recover(
     run: Run,
     out: Annotated[Path | None, typer.Option(

@@ -1,15 +1,20 @@
-"""The command ``ur5 identify``: inertia and friction of a recorded arm."""
+"""The commands ``ur5 identify`` and ``ur5 excite``: inertia and friction of a recorded arm."""
 
 from pathlib import Path
 
+import numpy as np
 from rich.table import Table
 from rich.text import Text
 
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.arm_file import write_arm
+from ur5_ros.analysis.identification.excitation import Excitation
+from ur5_ros.analysis.identification.excitation import excite as find
+from ur5_ros.analysis.identification.excitation_files import refuse_existing, write_excitation
 from ur5_ros.analysis.identification.identify import Identified, identify_payload
 from ur5_ros.analysis.identification.identify import identify as fit
+from ur5_ros.analysis.identification.trial import trial_errors
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
 from ur5_ros.cli.json_file import write_json
@@ -40,6 +45,46 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
         write_json(found.to_plain(), json)
         print(f'written: {json}')
     return YES
+
+
+def excite(out: Path, arm: str, seconds: float, budget: float, acceleration: float,
+           clearance: float, seed: int, json: Path | None) -> int:
+    """Find an excitation trajectory; see ``ur5 excite --help``."""
+    if out.suffix not in ('.yaml', '.yml'):
+        raise InputError(f'{out}: an experiment is a YAML file; give a name that ends in .yaml')
+    refuse_existing(out)
+    record = load_arm(arm)
+    with terminal.progress(f'exciting {record.name}', budget, 's') as advance:
+        found = find(record, seconds, budget, acceleration=acceleration, clearance=clearance,
+                     seed=seed, progress=lambda share: advance(share * budget))
+    error, away = trial_errors(found, record)
+    trajectory = write_excitation(found.experiment, out)
+    _show_excitation(found, error, away)
+    print(f'written: {out}, {trajectory}')
+    if json is not None:
+        write_json({
+            'format': 'ur5_ros excitation', 'version': 1, 'arm': record.name,
+            'condition': found.condition, 'series_tried': found.tried,
+            'noise': found.noise.tolist(), 'parameters': {name: {
+                'predicted_error': predicted, 'fit_error': own, 'away': far}
+                for name, predicted, own, far in zip(
+                    found.names, found.error.tolist(), error.tolist(), away.tolist(),
+                    strict=True)}}, json)
+        print(f'written: {json}')
+    return YES
+
+
+def _show_excitation(found: Excitation, error: np.ndarray, away: np.ndarray) -> None:
+    screen = terminal.console()
+    table = Table('parameter', 'predicted error', 'error of a trial', 'away from the truth',
+                  box=None, pad_edge=False, header_style='bold')
+    for name, *numbers in zip(found.names, found.error, error, away, strict=True):
+        table.add_row(Text(name), *(f'{number:.2g}' for number in numbers))
+    screen.print(table)
+    screen.print(Text(
+        f'condition number {found.condition:.4g} after {found.tried} series; errors for torque '
+        f'noise of {", ".join(f"{x:.3g}" for x in found.noise)} N m a sample at 100 Hz; the '
+        'trial is a fit to a recording of this motion with such noise'), soft_wrap=True)
 
 
 def _payload_alone(loaded: Run | None, arm: ArmParameters | None, json: Path | None) -> int:

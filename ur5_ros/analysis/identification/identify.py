@@ -155,6 +155,13 @@ def identify_payload(run: Run, arm: ArmParameters | None = None) -> PayloadEstim
                         run.name)
 
 
+def fit_base(runs: Sequence[Run], arm: ArmParameters) -> Estimate:
+    """Return base parameters, then viscous and Coulomb friction, before any physical arm."""
+    rows = rows_of(runs, arm)
+    return _fit(rows, base_of(arm), _features(rows, arm), [_BOTH] * 6,
+                blocks_of(rows.time, rows.run)).estimate
+
+
 def arm_of(run: Run) -> ArmParameters:
     """
     Return the arm that a run names: the law's, else the plant's.
