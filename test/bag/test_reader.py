@@ -122,12 +122,53 @@ def test_compression_around_the_storage_is_refused_with_the_way_out(tmp_path, mo
         open_bag(tmp_path / 'bag')
 
 
-def test_sqlite3_without_rosbags_is_refused_with_the_way_out(tmp_path, monkeypatch):
-    with RosbagsWriter(tmp_path / 'bag', version=9) as writer:
-        writer.add_connection('/joint_states', JOINT_STATE, typestore=STORE)
+def sqlite3_bag(folder):
+    with RosbagsWriter(folder, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        topic = writer.add_connection('/joint_states', JOINT_STATE, typestore=STORE)
+        for k, data in enumerate(states()):
+            writer.write(topic, int(STAMP[k]), data)
+    return next(folder.glob('*.db3'))
+
+
+def test_sqlite3_needs_no_metadata_and_no_package_and_the_file_alone_is_enough(
+        tmp_path, monkeypatch):
+    file = sqlite3_bag(tmp_path / 'bag')
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
     monkeypatch.setitem(sys.modules, 'rosbags.rosbag2', None)
-    with pytest.raises(InputError, match='pip install rosbags'):
-        open_bag(tmp_path / 'bag')
+    before = file.read_bytes()
+    for path in (tmp_path / 'bag', file):
+        bag = open_bag(path)
+        assert_right(bag.joint_states('/joint_states'))
+        assert bag.check() == [] and bag.counts() == {'/joint_states': NUMBER}
+    assert file.read_bytes() == before and [each.name for each in file.parent.iterdir()] == [
+        file.name]
+
+
+@pytest.mark.parametrize('identifier', ['', 'mcap', 'sqlite3'])
+def test_the_files_decide_what_the_storage_is_not_the_identifier(tmp_path, identifier):
+    sqlite3_bag(tmp_path / 'bag')
+    metadata = tmp_path / 'bag' / 'metadata.yaml'
+    metadata.write_text(metadata.read_text().replace(
+        'storage_identifier: sqlite3', f"storage_identifier: '{identifier}'"))
+    bag = open_bag(tmp_path / 'bag')
+    assert_right(bag.joint_states('/joint_states'))
+    assert bag.check() == []
+
+
+@pytest.mark.fault(79)
+@pytest.mark.parametrize('size', [0.1, 0.5, 0.9])
+def test_a_cut_sqlite3_bag_is_read_as_far_as_it_goes_or_refused_in_one_line(tmp_path, size):
+    file = sqlite3_bag(tmp_path / 'bag')
+    data = file.read_bytes()
+    file.write_bytes(data[:int(size * len(data))])
+    try:
+        bag = open_bag(file)
+    except BagError as problem:
+        assert '\n' not in str(problem) and file.name in str(problem)
+        return
+    columns = bag.joint_states('/joint_states')
+    assert len(columns.stamp) < NUMBER and bag.problems
+    assert np.array_equal(columns.position, POSITION[:len(columns.stamp)])
 
 
 @pytest.mark.fault(73)

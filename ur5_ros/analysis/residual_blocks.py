@@ -81,11 +81,15 @@ def _samples(run: Run, arm: ArmParameters, rows: np.ndarray) -> SampleBlocks:
     if run.follows_reference:
         q, qd, qdd = (part[rows] for part in run.required_reference)
         return _against(arm, q, qd, qdd, qd, effort[rows], run.t[rows])
-    qdd = (qd[rows + 1] - qd[rows]) * run.control_rate
+    if run.effort_meaning == 'target':  # of a reference at rest
+        rest = np.zeros((*rows.shape, 6))
+        return _against(arm, q[rows], rest, rest, rest, effort[rows], run.t[rows])
     if not run.substeps:
+        qdd = (qd[rows + 1] - qd[rows]) / np.diff(run.t)[rows][..., None]
         middle = 0.5 * (qd[rows] + qd[rows + 1])
         return _against(arm, 0.5 * (q[rows] + q[rows + 1]), middle, qdd, middle,
                         0.5 * (effort[rows] + effort[rows + 1]), run.t[rows])
+    qdd = (qd[rows + 1] - qd[rows]) * run.control_rate
     found = _against(arm, q[rows], qd[rows], qdd, qd[rows + 1], effort[rows + 1], run.t[rows])
     if run.substeps > 1:
         defect = residual(run, [(0, PlantModel(arm))]).torque[rows]

@@ -3,10 +3,13 @@
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
+
 from ur5_ros.analysis.checks.contact import contact_checks
 from ur5_ros.analysis.checks.energy import energy_checks
 from ur5_ros.analysis.checks.error_dynamics import law_checks
 from ur5_ros.analysis.checks.experiment import experiment_checks
+from ur5_ros.analysis.checks.foreign import effort_check, kinematics_check
 from ur5_ros.analysis.checks.gains import gains_check
 from ur5_ros.analysis.checks.law import law_check
 from ur5_ros.analysis.checks.limits import limits_check
@@ -21,12 +24,14 @@ from ur5_ros.analysis.checks.recording import (
 from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
+from ur5_ros.analysis.effort import fitting_arms
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.config.validation import Marks, load_marks
+from ur5_ros.errors import InputError
 
 #: Checks of the motion itself; without one of them no verdict can be a pass.
 EVIDENCE = ('residual, controller arm', 'residual, simulator arm', 'inverse dynamics', 'law',
-            'error step', 'error continuous')
+            'error step', 'error continuous', 'kinematics')
 
 
 def validate(run: Run, marks: Marks | None = None) -> Result:
@@ -60,12 +65,15 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
 
     """
     marks = marks or load_marks()
+    if run.law_record is None:
+        raise InputError(no_arm(run))
     law, law_series = law_checks(run, marks)
     model, model_series = model_checks(run, marks)
     energy, energy_series = energy_checks(run, marks)
     contact, contact_series = contact_checks(run, marks)
     checks = [recording_check(run), pairing_check(run, marks), timing_check(run, marks),
-              lateness_check(run), repeatability_check(run), *model, law_check(run, marks), *law,
+              lateness_check(run), repeatability_check(run), *foreign_checks(run, marks), *model,
+              law_check(run, marks), *law,
               gains_check(run, marks, law_series.get('dynamics')), limits_check(run), *energy,
               *contact, *experiment_checks(run)]
     if not any(check.name in EVIDENCE and check.verdict != NOT_APPLICABLE for check in checks):
@@ -77,6 +85,24 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
     return Result(run.name, about(run, marks), tuple(checks), found, series)
 
 
+def foreign_checks(run: Run, marks: Marks) -> list[Check]:
+    """Return the checks of a recording that is not of this package's simulator."""
+    if run.sim is not None:
+        return []
+    return [kinematics_check(run, marks), effort_check(run, marks)]
+
+
+def no_arm(run: Run) -> str:
+    """Return what to do where no arm is known, with the known arms that fit the torques best."""
+    sentence = f'{run.name}: no arm is known; give one: --arm NAME'
+    if np.isnan(run.states.effort).all():
+        return f'{sentence} (no torque is recorded, so no known arm can be compared)'
+    fits = fitting_arms(run)
+    listed = ', '.join(f'{fit.name} ({fit.rms:.3g} N m RMS are missed)' for fit in fits[:3])
+    return f'{sentence}; of the known arms these fit the torques best: {listed}' if fits \
+        else sentence
+
+
 def about(run: Run, marks: Marks) -> dict[str, Any]:
     """Return which run this is and what judged it."""
     return {
@@ -84,6 +110,7 @@ def about(run: Run, marks: Marks) -> dict[str, Any]:
         'ur5_ros': version('ur5_ros'),
         'marks': marks.name,
         'states': len(run.stamp),
+        'remarks': list(run.remarks),
         'duration_s': float(run.t[-1]),
         'control_rate_hz': run.control_rate,
         'physics_rate_hz': run.physics_rate or None,

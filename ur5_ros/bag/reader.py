@@ -12,8 +12,13 @@ from ur5_ros.bag.arrays.columns import KINDS, Columns, RawColumns
 from ur5_ros.bag.mcap.channels import TopicInfo
 from ur5_ros.bag.mcap.message_index import CompiledMessageIndex, MessageIndex, index_messages
 from ur5_ros.bag.mcap.reader import Batch, MessageSource
-from ur5_ros.bag.sources import compare_counts, open_sources, read_descriptions
-from ur5_ros.cdr.codec import decode
+from ur5_ros.bag.sources import (
+    compare_counts,
+    open_sources,
+    read_descriptions,
+    report_missing_metadata,
+)
+from ur5_ros.cdr.codec import Definitions, decode, definitions_of
 from ur5_ros.errors import BagError, InputError, one_line
 
 #: Bags larger than this are indexed by compiled code, which takes a second to load [bytes].
@@ -28,19 +33,20 @@ MAX_PROBLEMS = 1000
 
 def open_bag(path: Path | str) -> 'Bag':
     """
-    Return a bag: a rosbag2 folder or a single MCAP file.
+    Return a bag: a rosbag2 folder, or a single MCAP or sqlite3 file.
 
     Parameters
     ----------
     path : path
-        The folder with metadata.yaml, or at least with storage files; or one ``.mcap`` file.
+        The folder with metadata.yaml, or at least with storage files; or one ``.mcap`` or
+        ``.db3`` file.
 
     Raises
     ------
     BagError
         If nothing of it can be read.
     InputError
-        If there is no such folder, or it needs a package that is not installed.
+        If there is no such folder, or its storage is compressed or of another kind.
 
     Examples
     --------
@@ -80,6 +86,7 @@ class Bag:
         """Notes that were added while recording: name -> values; the last of a name."""
         self.description, self.notes = read_descriptions(path, self._information, self.sources,
                                                          self.report)
+        report_missing_metadata(path, self.sources, bool(self.description), self.report)
 
     def report(self, problem: str) -> None:
         """Add what was found wrong or missing to ``problems``: one line, each once."""
@@ -122,17 +129,26 @@ class Bag:
     def _info(self, topic: str) -> TopicInfo:
         for source in self.sources:
             for info in source.topics.values():
-                if info.name == topic and info.type == self.topics[topic]:
+                if info.name == topic and info.type in ('', self.topics[topic]):
                     return info
         known = ', '.join(sorted(self.topics)) or 'none'
         raise InputError(one_line(f'{self.path}: no topic {topic}; there are: {known}'))
+
+    def definitions(self, topic: str) -> Definitions:
+        """Return the definitions of a topic's type; BagError if they cannot be read."""
+        info = self._info(topic)
+        return definitions_of(self.topics[topic]) if not info.type else info.definitions()
+
+    def declare(self, topic: str, type_name: str) -> None:
+        """Set the type of a topic whose file states none."""
+        self.topics[topic] = type_name
 
     def _pass(self, collectors: Mapping[str, Any]) -> None:
         """Hand the messages of each topic to its collector, in one pass over the bag."""
         for source, batch in self._batches():
             channels_of: dict[str, list[int]] = {}
             for channel, info in source.topics.items():
-                if info.name in collectors and info.type == self.topics[info.name]:
+                if info.name in collectors and info.type in ('', self.topics[info.name]):
                     channels_of.setdefault(info.name, []).append(channel)
             for topic, channels in channels_of.items():
                 chosen = np.isin(batch.messages.channels, channels)
@@ -170,11 +186,10 @@ class Bag:
         """
         collectors = {}
         for topic, names in topics.items():
-            info = self._info(topic)
-            definitions = info.definitions()
+            definitions, type_name = self.definitions(topic), self.topics[topic]
             collectors[topic] = Collector(
-                topic, info.type, definitions, names, self.report, self._expected(topic)) \
-                if info.type in KINDS else RawCollector()
+                topic, type_name, definitions, names, self.report, self._expected(topic)) \
+                if type_name in KINDS else RawCollector()
         self._pass(collectors)
         return {topic: collector.result() for topic, collector in collectors.items()}
 

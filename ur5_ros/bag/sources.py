@@ -9,9 +9,13 @@ from ur5_ros.bag.mcap.reader import McapReader, MessageSource
 from ur5_ros.bag.mcap.records import CHECKSUM, checksum
 from ur5_ros.bag.metadata import NAME, Information, read_metadata
 from ur5_ros.bag.rosbag2_folder import DESCRIPTION_RECORD, NOTE_RECORD
+from ur5_ros.bag.sqlite3_reader import SQLITE3_MAGIC, Sqlite3Reader
 from ur5_ros.errors import BagError, InputError
 
 Report = Callable[[str], None]
+
+#: How a bag of ROS 1 begins.
+ROS1_MAGIC = b'#ROSBAG V'
 
 
 def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequence[MessageSource]]:
@@ -23,10 +27,11 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
 
     """
     if path.is_file():
-        return None, [McapReader(path, report)]
+        return None, [_open_file(path, report)]
     if not path.is_dir():
-        raise InputError(f'{path}: no such bag; give a folder with {NAME}, or an .mcap file')
-    present = sorted(path.glob('*.mcap'), key=_natural)
+        raise InputError(f'{path}: no such bag; give a folder with {NAME}, or an .mcap or .db3 '
+                         'file')
+    present = sorted((*path.glob('*.mcap'), *path.glob('*.db3')), key=_natural)
     information = None
     if (path / NAME).is_file():
         try:
@@ -35,17 +40,49 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
             if not present:
                 raise
             report(str(problem))
-    elif present:
-        report(f'{path}: no file {NAME}, the recording was ended before it was closed; '
-               'mend it with: ur5 recover')
-    if information and (information.storage_identifier != 'mcap' or information.compression_mode):
-        from ur5_ros.bag.rosbags_source import RosbagsSource
-        return information, [RosbagsSource(path, information, report)]
+    if information:
+        _check_storage(path, information)
     if not present:
-        raise BagError(f'{path}: no .mcap file in it; give the folder of a bag')
+        raise BagError(f'{path}: no .mcap file in it, and no .db3 file; give the folder of a bag')
     if information:
         _compare_files(path, information, present, report)
     return information, _open_files(present, report)
+
+
+def report_missing_metadata(
+    path: Path, sources: Sequence[MessageSource], described: bool, report: Report,
+) -> None:
+    """Report a folder without metadata.yaml where its writer, this package's, did not end."""
+    if path.is_dir() and not (path / NAME).is_file() and (described or any(
+            isinstance(source, McapReader) and source.summary is None for source in sources)):
+        report(f'{path}: no file {NAME}, the recording was ended before it was closed; '
+               'mend it with: ur5 recover')
+
+
+def _check_storage(path: Path, information: Information) -> None:
+    """Refuse compressed storage, and one that is neither MCAP nor sqlite3."""
+    storage, mode = information.storage_identifier, information.compression_mode
+    if mode.lower() not in ('', 'none') or storage not in ('', 'mcap', 'sqlite3'):
+        compressed = f' compressed by {mode[:20]}' if mode else ''
+        raise InputError(f'{path}: storage {storage[:20]!r}{compressed} is not read; write it '
+                         'anew as mcap with: ros2 bag convert')
+
+
+def _open_file(path: Path, report: Report) -> MessageSource:
+    """Open a storage file by its first bytes; what is neither kind is tried as MCAP."""
+    start = b''
+    if path.is_file():
+        try:
+            with open(path, 'rb') as file:
+                start = file.read(len(SQLITE3_MAGIC))
+        except OSError as error:
+            raise BagError(f'{path}: cannot be read: {error.strerror}') from None
+    if start.startswith(ROS1_MAGIC):
+        raise BagError(f'{path}: a bag of ROS 1, which is no MCAP file; convert it with: '
+                       'rosbags-convert')
+    if start == SQLITE3_MAGIC or path.suffix == '.db3':
+        return Sqlite3Reader(path, report)
+    return McapReader(path, report)
 
 
 def _compare_files(path: Path, information: Information, present: Sequence[Path],
@@ -58,12 +95,12 @@ def _compare_files(path: Path, information: Information, present: Sequence[Path]
         report(f'{path / name}: is not named in {NAME}; it was read all the same')
 
 
-def _open_files(files: Sequence[Path], report: Report) -> list[McapReader]:
-    sources: list[McapReader] = []
+def _open_files(files: Sequence[Path], report: Report) -> list[MessageSource]:
+    sources: list[MessageSource] = []
     problems: list[BagError] = []
     for file in files:
         try:
-            sources.append(McapReader(file, report))
+            sources.append(_open_file(file, report))
         except BagError as problem:
             problems.append(problem)
     if not sources:

@@ -31,6 +31,15 @@ ArmName = Annotated[str | None, typer.Option(
 ControlArm = Annotated[str | None, typer.Option(
     '--control-arm', metavar='NAME', autocompletion=_arms,
     help='Arm of the controller, where the bag names none.')]
+Topics = Annotated[list[str] | None, typer.Option(
+    '--topic', metavar='ROLE=NAME', help='Topic of a role, as joint_states; repeat for more.')]
+JointPrefix = Annotated[str | None, typer.Option(
+    '--joint-prefix', metavar='TEXT', help='Text before the joint names.')]
+Effort = Annotated[str | None, typer.Option(
+    '--effort', metavar='MEANING',
+    help='What effort is: total, gravity_excluded, target, current, other_sign.')]
+ShownArm = Annotated[str | None, typer.Option(
+    '--arm', metavar='NAME', autocompletion=_arms, help='Arm, where the bag names none.')]
 Json = Annotated[Path | None, typer.Option('--json', metavar='FILE', help='Result as JSON.')]
 Html = Annotated[Path | None, typer.Option('--html', metavar='FILE', help='Report, one file.')]
 
@@ -94,10 +103,15 @@ def validate(
     html: Html = None,
     junit: Annotated[Path | None, typer.Option(
         '--junit', metavar='FILE', help='Result as JUnit XML.')] = None,
+    topic: Topics = None,
+    joint_prefix: JointPrefix = None,
+    effort: Effort = None,
 ) -> int:
     """Judge a run by its bags alone."""
     from ur5_ros.cli import judge
-    return judge.validate(run, folder, arm, control_arm, kp, kd, marks, json, html, junit)
+    from ur5_ros.cli.reading import reading_options
+    given = reading_options(topic, joint_prefix, effort, arm, control_arm, kp, kd)
+    return judge.validate(run, folder, given, marks, json, html, junit)
 
 
 @app.command(name='warm-up')
@@ -112,10 +126,15 @@ def compare(
     run_a: Annotated[Path, typer.Argument(metavar='RUN_A', show_default=False)],
     run_b: Annotated[Path, typer.Argument(metavar='RUN_B', show_default=False)],
     json: Json = None,
+    arm: ShownArm = None,
+    topic: Topics = None,
+    joint_prefix: JointPrefix = None,
 ) -> int:
     """Compare two runs: where do they start to differ?"""
     from ur5_ros.cli import judge
-    return judge.compare(run_a, run_b, json)
+    from ur5_ros.cli.reading import reading_options
+    given = reading_options(topic, joint_prefix, None, arm)
+    return judge.compare(run_a, run_b, json, {**given, 'keep_arm': True})
 
 
 @app.command()
@@ -175,10 +194,15 @@ def identify(
     )] = None,
     arm: ArmName = None,
     json: Json = None,
+    topic: Topics = None,
+    joint_prefix: JointPrefix = None,
+    effort: Effort = None,
 ) -> int:
     """Fit inertial and friction parameters, with errors."""
     from ur5_ros.cli import identification
-    return identification.identify(runs or [], out, test, payload, arm, json)
+    from ur5_ros.cli.reading import reading_options
+    given = reading_options(topic, joint_prefix, effort, arm)
+    return identification.identify(runs or [], out, test, payload, arm, json, given)
 
 
 @app.command()
@@ -243,10 +267,15 @@ def view(
     run: Annotated[Path | None, typer.Argument(metavar='RUN', help='Run folder.')] = None,
     live: Annotated[bool, typer.Option('--live', help='Show what runs now.')] = False,
     port: Annotated[int, typer.Option(metavar='N', help='Port on this machine.')] = 8080,
+    arm: ShownArm = None,
+    topic: Topics = None,
+    joint_prefix: JointPrefix = None,
 ) -> int:
     """Show the arm in the browser."""
     from ur5_ros.cli import pictures
-    return pictures.view(run, live, port)
+    from ur5_ros.cli.reading import reading_options
+    given = reading_options(topic, joint_prefix, None, arm)
+    return pictures.view(run, live, port, {**given, 'keep_arm': True})
 
 
 @app.command()
@@ -254,10 +283,15 @@ def render(
     run: Run,
     out: Annotated[Path, typer.Option(
         '-o', '--out', metavar='FILE', help='.png, .mp4 or .gif.', show_default=False)],
+    arm: ShownArm = None,
+    topic: Topics = None,
+    joint_prefix: JointPrefix = None,
 ) -> int:
     """Make a picture, a video or an animation, off screen."""
     from ur5_ros.cli import pictures
-    return pictures.render(run, out)
+    from ur5_ros.cli.reading import reading_options
+    given = reading_options(topic, joint_prefix, None, arm)
+    return pictures.render(run, out, {**given, 'keep_arm': True})
 
 
 @app.command()

@@ -12,7 +12,7 @@ from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import BAD_INPUT, NO, YES
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
-from ur5_ros.sweep.batch_validation import UNREADABLE, Judgement, judge_all
+from ur5_ros.sweep.batch_validation import NOT_JUDGED, UNREADABLE, Judgement, judge_all
 
 
 def runs_below(folder: Path) -> list[Path]:
@@ -51,7 +51,7 @@ def validate_all(
     if junit is not None:
         _write_junit(judgements, junit)
     verdicts = {judgement.verdict for judgement in judgements}
-    if verdicts == {UNREADABLE}:
+    if verdicts <= {UNREADABLE, NOT_JUDGED}:
         return BAD_INPUT
     return YES if verdicts == {PASS} else NO
 
@@ -76,12 +76,13 @@ def _write_junit(judgements: list[Judgement], path: Path) -> None:
     verdicts = [judgement.verdict for judgement in judgements]
     suite = ElementTree.Element('testsuite', {
         'name': 'ur5 validate --all', 'tests': str(len(verdicts)),
-        'failures': str(verdicts.count(FAIL)), 'errors': str(verdicts.count(UNREADABLE))})
+        'failures': str(verdicts.count(FAIL)),
+        'errors': str(verdicts.count(UNREADABLE) + verdicts.count(NOT_JUDGED))})
     for judgement in judgements:
         case = ElementTree.SubElement(
             suite, 'testcase', {'classname': 'ur5.runs', 'name': judgement.folder})
         if judgement.verdict != PASS:
-            kind = 'error' if judgement.verdict == UNREADABLE else 'failure'
+            kind = 'failure' if judgement.verdict == FAIL else 'error'
             ElementTree.SubElement(case, kind, {'message': judgement.why})
     text = ElementTree.tostring(suite, encoding='unicode', xml_declaration=True)
     path.write_text(text + '\n', encoding='utf-8')

@@ -9,6 +9,6 @@ BAD_INPUT = 2
 WITH_LOSS = 3
 """Done, with loss."""
 INTERNAL_ERROR = 4
-"""A defect of this package."""
+"""A defect of this package; never the code of a verdict."""
 INTERRUPTED = 130
 """Ended by Ctrl-C."""

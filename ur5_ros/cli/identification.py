@@ -1,6 +1,8 @@
 """The commands ``ur5 identify`` and ``ur5 excite``: inertia and friction of a recorded arm."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -25,16 +27,16 @@ from ur5_ros.signals import JOINT_NAMES
 
 
 def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Path | None,
-             arm: str | None, json: Path | None) -> int:
+             arm: str | None, json: Path | None, given: Mapping[str, Any]) -> int:
     """Fit the parameters of an arm; see ``ur5 identify --help``."""
     if out is not None and out.exists():
         raise InputError(f'{out} exists; give another file, or remove it')
     start = load_arm(arm) if arm is not None else None
-    loaded = load_run(payload) if payload is not None else None
+    loaded = load_run(payload, **given) if payload is not None else None
     if not runs:
         return _payload_alone(loaded, start, json)
-    tried = load_run(test) if test is not None else None
-    found = fit([load_run(run) for run in runs], start, tried,
+    tested = load_run(test, **given) if test is not None else None
+    found = fit([load_run(run, **given) for run in runs], start, tested,
                 name=out.stem if out is not None else 'identified', payload=loaded)
     _show(found)
     if out is not None:

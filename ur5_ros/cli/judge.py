@@ -1,5 +1,6 @@
 """Commands that judge bags: validate and compare."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,20 +19,16 @@ from ur5_ros.sweep.batch_validation import marks_of
 
 
 def validate(
-    run: Path | None, folder: Path | None, arm: str | None, control_arm: str | None,
-    kp: str | None, kd: str | None, marks: Path | None, json: Path | None, html: Path | None,
-    junit: Path | None,
+    run: Path | None, folder: Path | None, given: Mapping[str, Any], marks: Path | None,
+    json: Path | None, html: Path | None, junit: Path | None,
 ) -> int:
     """Judge one run or a folder of runs; see ``ur5 validate --help``."""
     limits = str(marks) if marks is not None else ''
     marks_of(limits)  # refused before anything is read
-    given: dict[str, Any] = {key: value for key, value in {
-        'arm': arm, 'control_arm': control_arm, 'kp': _gain('--kp', kp), 'kd': _gain('--kd', kd),
-    }.items() if value is not None}
     if folder is not None:
         if run is not None:
             raise InputError(f'{run} and --all {folder}: give one of the two')
-        return batch.validate_all(folder, given, limits, json, html, junit)
+        return batch.validate_all(folder, {**given, 'keep_arm': True}, limits, json, html, junit)
     with terminal.progress('judging', 3, 'steps') as advance:
         read = load_run(run if run is not None else newest_run(), **given)
         advance(1)
@@ -82,21 +79,9 @@ def write(result: Result, json: Path | None, html: Path | None, junit: Path | No
         junit.write_text(result.to_junit(), encoding='utf-8')
 
 
-def _gain(option: str, text: str | None) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        values = [float(part) for part in text.replace(',', ' ').split()]
-    except ValueError:
-        values = []
-    if len(values) not in (1, 6, 36):
-        raise InputError(f'{option} {text!r}: give 1, 6 or 36 numbers, separated by commas')
-    return values
-
-
-def compare(run_a: Path, run_b: Path, json: Path | None) -> int:
+def compare(run_a: Path, run_b: Path, json: Path | None, given: Mapping[str, Any]) -> int:
     """Compare two runs; see ``ur5 compare --help``."""
-    a, b = load_run(run_a), load_run(run_b)
+    a, b = (load_run(run, **given) for run in (run_a, run_b))
     found = compare_runs(a, b)
     marks = marks_of()
     verdicts = [validate_run(run, marks).verdict for run in (a, b)]

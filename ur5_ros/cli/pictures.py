@@ -1,23 +1,25 @@
 """Commands that show the arm: view, render, urdf."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from ur5_ros.cli.exit_codes import YES
 
 
-def view(run: Path | None, live: bool, port: int) -> int:
+def view(run: Path | None, live: bool, port: int, given: Mapping[str, Any]) -> int:
     """Show a run, or what runs now, in the browser."""
     from ur5_ros import viewer
-    viewer.view(run, live, port)
+    viewer.view(run, live, port, given)
     return YES
 
 
-def render(run: Path, out: Path) -> int:
+def render(run: Path, out: Path, given: Mapping[str, Any]) -> int:
     """Write a video or a picture of a run."""
     from ur5_ros.cli.terminal import progress
     from ur5_ros.viewer.render import render as draw
     with progress(f'drawing {out.name}', 100.0, '%') as advance:
-        draw(run, out, lambda share: advance(100.0 * share))
+        draw(run, out, lambda share: advance(100.0 * share), given)
     print(f'written: {out}')
     return YES
 

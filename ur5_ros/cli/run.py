@@ -2,7 +2,6 @@
 
 import os
 import sys
-import traceback
 from collections.abc import Callable
 
 import typer
@@ -54,10 +53,9 @@ def run(arguments: list[str]) -> int:
     except OSError as error:
         where = f'{error.filename}: ' if error.filename else ''
         return _complain(f'{where}{error.strerror or error}', BAD_INPUT)
-    except Exception as error:
-        traceback.print_exc()
-        return _complain(f'internal error: {type(error).__name__}: {error}; please report it '
-                         'with the lines above', INTERNAL_ERROR)
+    except Exception as error:  # the last resort: a traceback must not look like a verdict
+        from ur5_ros.cli.internal_error import write_details
+        return _complain(write_details(error, arguments), INTERNAL_ERROR)
 
 
 def _command(arguments: list[str]) -> str:

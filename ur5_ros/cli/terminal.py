@@ -71,6 +71,8 @@ def show_result(out: Console, result: Result) -> None:
         table.add_row(check.name, Text(check.verdict, _COLOUR[check.verdict]),
                       _number(check.value), _number(check.limit), check.unit)
     out.print(table)
+    for remark in result.about.get('remarks', ()):
+        out.print(Text(f'note: {remark}'), soft_wrap=True)
     for check in result.checks:
         if check.verdict == FAIL:
             out.print(Text(f'{check.name}: {check.sentence}'), soft_wrap=True)

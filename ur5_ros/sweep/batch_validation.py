@@ -13,8 +13,8 @@ from ur5_ros.analysis.validate import validate
 from ur5_ros.config.validation import Marks, load_marks
 from ur5_ros.errors import InputError
 
-#: Verdict of a folder that cannot be read.
-UNREADABLE = 'unreadable'
+#: Verdicts of a folder that cannot be read, and of one that is read and cannot be judged.
+UNREADABLE, NOT_JUDGED = 'unreadable', 'not judged'
 
 #: From this many folders on it pays to start workers.
 WORTH_SHARING = 16
@@ -26,7 +26,7 @@ class Judgement(NamedTuple):
     folder: str
     run: str
     verdict: str
-    """``pass``, ``fail`` or ``unreadable``."""
+    """``pass``, ``fail``, ``unreadable`` or ``not judged``."""
     why: str
     """The sentences of the checks that failed, or why it cannot be read; empty if it passed."""
     result: dict[str, Any]
@@ -53,10 +53,17 @@ def judge_folder(folder: str, given: Mapping[str, Any], marks: str = '') -> Judg
         File of pass marks; those of the package by default.
 
     """
+    name, limits = Path(folder).name, marks_of(marks)
+    verdict = UNREADABLE
     try:
-        result = validate(load_run(Path(folder), **given), marks_of(marks))
+        run = load_run(Path(folder), **given)
+        verdict = NOT_JUDGED
+        result = validate(run, limits)
     except InputError as refusal:
-        return Judgement(folder, Path(folder).name, UNREADABLE, str(refusal), {})
+        return Judgement(folder, name, verdict, str(refusal), {})
+    except Exception as error:  # one run must not end the others
+        what = f'internal error: {type(error).__name__}: {error}'
+        return Judgement(folder, name, NOT_JUDGED, what, {})
     why = '; '.join(check.sentence for check in result.checks if check.verdict == FAIL)
     return Judgement(folder, result.run, result.verdict, why, json.loads(result.to_json()))
 

@@ -1,7 +1,8 @@
 """Pictures of a run: in the browser (``ur5 view``) and off screen (``ur5 render``)."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ur5_ros.errors import InputError
 
@@ -10,7 +11,8 @@ if TYPE_CHECKING:
     from ur5_ros.viewer.recorded import RecordedView
 
 
-def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
+def view(run: Path | None = None, live: bool = False, port: int = 8080,
+         reading: Mapping[str, Any] | None = None) -> None:
     """
     Serve a page with the arm on 127.0.0.1 until interrupted.
 
@@ -22,6 +24,8 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
         Show what runs now instead.
     port : int
         Port to serve on; the next free one where it is taken, any free one for 0.
+    reading : mapping, optional
+        Options of :func:`ur5_ros.analysis.data.load.load_run`.
 
     Raises
     ------
@@ -38,7 +42,7 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080) -> None:
         raise InputError(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
     if live and run is not None:
         raise InputError('--live shows what runs now; leave the run away')
-    viewer = _live(port) if live else _recorded(run, port)
+    viewer = _live(port) if live else _recorded(run, port, reading or {})
     if port not in (0, viewer.page.port):
         print(f'port {port} is taken; {viewer.page.port} is used')
     print(f'{viewer.page.address}  (Ctrl-C ends)', flush=True)
@@ -52,8 +56,8 @@ def _live(port: int) -> 'LiveView':
     return LiveView(port)
 
 
-def _recorded(run: Path | None, port: int) -> 'RecordedView':
+def _recorded(run: Path | None, port: int, reading: Mapping[str, Any]) -> 'RecordedView':
     from ur5_ros.analysis.data.load import load_run
     from ur5_ros.bag.run_folders import newest_run
     from ur5_ros.viewer.recorded import RecordedView
-    return RecordedView(load_run(run or newest_run(Path('bags'))), port)
+    return RecordedView(load_run(run or newest_run(Path('bags')), **reading), port)

@@ -1,7 +1,8 @@
 """A run as a picture or a video, made off screen: ``ur5 render``."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,8 @@ GIF_SECONDS = 8.0
 KINDS = ('.png', '.mp4', '.gif')
 
 
-def render(run: Path, out: Path, progress: Callable[[float], None] = lambda share: None) -> Path:
+def render(run: Path, out: Path, progress: Callable[[float], None] = lambda share: None,
+           reading: Mapping[str, Any] | None = None) -> Path:
     """
     Draw a recorded run; see :func:`draw`.
 
@@ -26,6 +28,8 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
         File to write; must not exist.
     progress : callable
         Called with the share that is done, 0 to 1.
+    reading : mapping, optional
+        Options of :func:`ur5_ros.analysis.data.load.load_run`.
 
     Returns
     -------
@@ -40,7 +44,7 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
     """
     out = _allowed(Path(out))
     from ur5_ros.analysis.data.load import load_run
-    return draw(load_run(run), out, progress)
+    return draw(load_run(run, **(reading or {})), out, progress)
 
 
 def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: None) -> Path:

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
@@ -42,8 +41,10 @@ class Track(NamedTuple):
 
 def arm_of(run: Run) -> ArmParameters:
     """Return the simulated arm of a run, else the law's, else the default arm."""
-    side = run.sim or run.control
-    return side.arm if side is not None else load_arm('ur5')
+    record = run.sim or run.control
+    if record is None:
+        raise InputError(f'{run.name}: no arm is known; give one: --arm NAME')
+    return record.arm
 
 
 def drawable(arm: ArmParameters) -> ArmParameters:

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from ur5_ros.analysis.checks.foreign import inverse_dynamics_check
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.laws import largest
 from ur5_ros.analysis.plant_integrator import PlantModel, plant_models
 from ur5_ros.analysis.residual import command_defect, residual
-from ur5_ros.analysis.residual_blocks import sample_blocks
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 from ur5_ros.signals import JOINT_NAMES
@@ -27,7 +27,7 @@ def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     if run.sim is None or not run.substeps or run.noisy:
         why = ('states are measured ones, without the exact ones beside them' if run.sim else
                "not a bag of this package's simulator: its time step is not known")
-        smooth, series = _smoothed_check(run, marks)
+        smooth, series = inverse_dynamics_check(run, marks)
         return [*(not_applicable(name, f'{why}; see inverse dynamics') for name in _NAMES),
                 smooth, _command_check(run, marks)], series
     checks, series = [], {}
@@ -81,28 +81,6 @@ def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, part:
                     f'{run.t[row]:.4g} s; {localize_fault(over)}')
     return judge(name, worst, marks['residual'], 'N m', sentence, joint=JOINT_NAMES[joint],
                  joints=per_joint, periods=int(known.sum()))
-
-
-def _smoothed_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
-    """Return the check of the inverse dynamics smoothed over blocks, for any recording."""
-    name = 'inverse dynamics'
-    record = run.law_record
-    if record is None:
-        return not_applicable(name, 'no arm is known; give one: --arm NAME'), {}
-    samples = sample_blocks(run, record.arm)
-    if samples is None:
-        return not_applicable(name, 'too few states with a torque follow each other'), {}
-    unexplained_torque = samples.unexplained_torque.mean(axis=1)
-    rms = np.sqrt(np.mean(unexplained_torque**2, axis=0))
-    scale = float(np.sqrt(np.mean(samples.effort**2, axis=(0, 1))).max())
-    joint = int(np.argmax(rms))
-    length = samples.q.shape[1] * run.h
-    check = judge(
-        name, rms[joint] / scale if scale else np.nan, marks['residual_external'], '1',
-        f'smoothed over {length:.3g} s, arm {record.arm_name} misses {rms[joint]:.3g} N m RMS at '
-        f'{JOINT_NAMES[joint]}, of torques up to {np.abs(samples.effort).max():.3g} N m',
-        joint=JOINT_NAMES[joint], rms_by_joint=dict(zip(JOINT_NAMES, rms.tolist(), strict=True)))
-    return check, {'smoothed': (samples.time.mean(axis=1), unexplained_torque)}
 
 
 def _command_check(run: Run, marks: Marks) -> Check:

@@ -11,11 +11,15 @@ def recording_check(run: Run) -> Check:
     """Return whether both bags are complete, and if not why."""
     if not run.problems:
         count = len(run.stamp)
-        return Check('recording', PASS, f'whole: {count} states over {run.t[-1]:.3f} s')
+        dropped = '' if run.dropped is None or not len(run.dropped) else (
+            f' of {count + len(run.dropped)}, {len(run.dropped)} dropped')
+        remarks = ''.join(f'; {remark}' for remark in run.remarks)
+        return Check('recording', PASS, f'whole: {count} states{dropped} over {run.t[-1]:.3f} s'
+                     f'{remarks}', details={'remarks': list(run.remarks)})
     more = f' ({len(run.problems) - 1} more)' if len(run.problems) > 1 else ''
     return Check('recording', FAIL, f'incomplete, judged to the last whole record: '
                  f'{run.problems[0]}{more}', float(len(run.problems)), 0.0, 'problems',
-                 {'problems': list(run.problems)})
+                 {'problems': list(run.problems), 'remarks': list(run.remarks)})
 
 
 def repeatability_check(run: Run) -> Check:
@@ -63,27 +67,44 @@ def pairing_check(run: Run, marks: Marks) -> Check:
 
 def timing_check(run: Run, marks: Marks) -> Check:
     """Return whether the stamps advance by one period each; with the latency where known."""
-    period = 1e9 / run.control_rate
-    steps = np.diff(run.stamp)
-    share = marks['period'] if run.sim else run.jitter
-    irregular = np.abs(steps - period) > max(2.0, share * period)
-    gaps, back = int(irregular.sum()), int(run.counts.get('stamps_back', 0))
-    details = {'period_s': run.h, 'gaps': gaps, 'stamps_back': back,
+    period, steps = 1e9 / run.control_rate, np.diff(run.stamp)
+    gap = _gaps(run, marks, steps, period)
+    gaps, back = int(gap.sum()), int(run.counts.get('stamps_back', 0))
+    regular = steps[~gap]
+    jitter = float(np.std(regular)) * 1e-9 if run.sim is None and regular.size else 0.0
+    details = {'period_s': run.h, 'gaps': gaps, 'stamps_back': back, 'jitter_s': jitter,
                'largest_step_s': float(steps.max(initial=0)) * 1e-9, **latency(run)}
-    late = ''
+    late = f'; the stamps jitter by {jitter * 1e3:.3g} ms RMS' if jitter > 1e-6 else ''
     if 'latency_p50_s' in details:
-        late = ('; state to command {latency_p50_s:.3g} s (p50), {latency_p99_s:.3g} s (p99), '
-                '{latency_max_s:.3g} s (max) of wall clock').format(**details)
+        late += ('; state to command {latency_p50_s:.3g} s (p50), {latency_p99_s:.3g} s (p99), '
+                 '{latency_max_s:.3g} s (max) of wall clock').format(**details)
     if back:
         return Check('timing', FAIL, f'{back} stamps go back{late}', float(back), 0.0, 'stamps',
                      details)
     if gaps:
-        row = int(np.argmax(irregular))
+        row = int(np.argmax(gap))
+        at = run.t[row] if run.sim is None else run.stamp[row] * 1e-9
         return judge('timing', gaps, 0.0, 'gaps',
-                     f'{gaps} gaps; the first after {run.stamp[row] * 1e-9:.6g} s: '
+                     f'{gaps} gaps; the first after {at:.6g} s: '
                      f'{steps[row] * 1e-9:.6g} s instead of {run.h:.6g} s{late}', **details)
     return judge('timing', gaps, 0.0, 'gaps',
                  f'every state follows the one before by {run.h * 1e3:.6g} ms{late}', **details)
+
+
+def _gaps(run: Run, marks: Marks, steps: np.ndarray, period: float) -> np.ndarray:
+    """
+    Return which steps of the stamps are no period, shape (n - 1,).
+
+    Of a robot's own clock only missing states are gaps, and only those that were not recorded.
+
+    """
+    if run.sim is not None:
+        return np.abs(steps - period) > max(2.0, marks['period'] * period)
+    missing = np.rint(steps / period) - 1
+    if run.dropped is not None and len(run.dropped):
+        filled = np.diff(np.searchsorted(run.dropped, run.stamp))
+        missing = missing - filled
+    return missing > 0
 
 
 def latency(run: Run) -> dict[str, float]:

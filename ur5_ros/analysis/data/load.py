@@ -2,17 +2,16 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.data.bags import (
-    PART_NAMES,
-    BagData,
-    events_of,
-    messages_of,
-    open_bags,
-)
+from ur5_ros.analysis.data.bags import BagData, open_bags
 from ur5_ros.analysis.data.contact import contact_rows, contact_series
+from ur5_ros.analysis.data.effort_meaning import with_effort_meaning
+from ur5_ros.analysis.data.node_records import messages_of
+from ur5_ros.analysis.data.options import ReadingOptions, check_effort_meaning
+from ur5_ros.analysis.data.rows import FIELDS, StateRows, foreign_rows, own_rows
 from ur5_ros.analysis.data.run import (
     PARTS,
     NodeRecord,
@@ -21,17 +20,22 @@ from ur5_ros.analysis.data.run import (
     Run,
     States,
 )
-from ur5_ros.bag.arrays.columns import Columns
+from ur5_ros.analysis.data.topics import PART_NAMES
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.signals import Reference
 
-__all__ = ['PARTS', 'ParameterChange', 'RecordedEvent', 'Run', 'NodeRecord', 'States', 'load_run']
+__all__ = ['PARTS', 'NodeRecord', 'ParameterChange', 'RecordedEvent', 'Run', 'States', 'load_run']
+
+#: Nodes whose bag is preferred for what the simulator, and what the law, publishes.
+_FROM_SIM, _FROM_LAW = ('sim', 'robot', '', 'control'), ('control', 'robot', '', 'sim')
 
 
 def load_run(
     folder: Path | str, arm: str | None = None, control_arm: str | None = None,
     kp: list[float] | None = None, kd: list[float] | None = None,
+    topics: dict[str, str] | None = None, joint_prefix: str | None = None,
+    effort: str | None = None, keep_arm: bool = False,
 ) -> Run:
     """
     Return the run that a folder of bags holds.
@@ -39,129 +43,96 @@ def load_run(
     Parameters
     ----------
     folder : path
-        Run folder with ``sim`` and ``control``, one bag folder, or one MCAP file; written by
-        this package or by ``ros2 bag record``.
+        Run folder with ``sim`` and ``control``, one bag folder, or one MCAP or sqlite3 file;
+        written by this package, by ``ros2 bag record`` or by another recorder.
     arm, control_arm : str, optional
-        Arms of plant and law, for bags that do not say or to try others.
+        Arms of plant and law, for bags that do not state them or to try others.
     kp, kd : list of float, optional
         Gains likewise.
+    topics : dict of str to str, optional
+        Role -> topic, for bags that do not state it.
+    joint_prefix : str, optional
+        Text before the joint names; found if not given.
+    effort : str, optional
+        What the recorded effort is: ``total``, ``gravity_excluded``, ``target``, ``current`` or
+        ``other_sign``.
+    keep_arm : bool, optional
+        Use ``arm`` and ``control_arm`` only where the bag does not state its own.
 
     Returns
     -------
     Run
-        As far as every bag is whole; ``problems`` says what is missing.
+        As far as every bag is whole; ``problems`` and ``remarks`` list what is missing.
 
     Raises
     ------
     InputError
         If nothing can be judged: no bag, no states, other joints, bags of different runs.
 
-    Examples
-    --------
-    >>> from ur5_ros import load_run, run_closed_loop, run_config
-    >>> _ = run_closed_loop(run_config('joint_step', duration=0.5), folder='recorded')
-    >>> run = load_run('recorded')
-    >>> run.states.q.shape, run.control_rate
-    ((500, 6), 1000.0)
-
     """
+    check_effort_meaning(effort)
     folder = Path(folder)
-    sources, problems = open_bags(folder)
-    problems += [problem for source in sources for problem in source.problems]
-    stated = _first(sources, 'joint_states', ('sim', 'robot', '', 'control'))
-    if stated is None:
+    bags, problems = open_bags(folder, ReadingOptions(topics or {}, joint_prefix))
+    problems += [problem for bag in bags for problem in bag.problems]
+    remarks = [remark for bag in bags for remark in bag.remarks]
+    bag = _first(bags, 'joint_states', ('sim', 'robot', '', 'control'))
+    if bag is None:
         why = f' ({problems[0]})' if problems else ''
         raise InputError(f'{folder}: no joint states in it; nothing can be judged{why}')
-    states = stated.data['joint_states']
-    sim = next((source.side for source in sources if source.node == 'sim'), None)
-    control = next((source.side for source in sources if source.node in ('control', 'robot')),
-                   None)
+    sim = next((bag.record for bag in bags if bag.node == 'sim'), None)
+    control = next((bag.record for bag in bags if bag.node in ('control', 'robot')), None)
     counts: dict[str, int] = {}
-    rows = _unique(states, counts, 'states', problems)
-    rows = _finite(states, rows, problems, stated.path)
-    rows = _common(sources, states, rows)
-    if len(rows) < 2:
-        raise InputError(f'{folder}: {len(rows)} states; at least two are needed')
-    stamp = states.stamp[rows]
-    run = next((source.run for source in sources if source.run), folder.resolve().name)
-    rate = float(sim.parameters['control_rate']) if sim else _rate(stamp)
+    found = _states(bag, bags, counts, problems, remarks)
+    stamp = found.stamp
+    if len(stamp) < 2:
+        raise InputError(f'{folder}: {len(stamp)} states; at least two are needed')
     gains = {key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None}
-    known = {'name': run, 'stamp': stamp, 'control_rate': rate, 'folder': str(folder),
-             'states': States(*(getattr(states, field)[rows] for field in _FIELDS))}
-    answer = _answers(sources, stamp, states, rows, counts)
-    star = _reference(sources, stamp)
-    return Run(
-        **known, **answer, reference=star,
+    if keep_arm:
+        arm, control_arm = (arm if not (sim or control) else None,
+                            control_arm if control is None else None)
+    reference = _reference(bags, stamp)
+    run = Run(
+        name=next((each.run for each in bags if each.run), folder.resolve().name),
+        stamp=stamp, states=found.states,
+        control_rate=float(sim.parameters['control_rate']) if sim else _rate(stamp),
         physics_rate=float(sim.parameters['physics_rate']) if sim else 0.0,
-        truth=_truth(sources, stamp), parts=_parts(sources, stamp),
-        **_contact(sources, stamp, sim), sim=_sim_side(sim, arm),
+        truth=_truth(bags, stamp), reference=reference, parts=_parts(bags, stamp),
+        sim=_sim_record(sim, arm),
         control=_control_record(control, control_arm or (arm if sim is None else None), gains),
-        events=tuple(event for source in sources for event in events_of(source)),
-        counts=counts, problems=tuple(problems), current=_current(sources, stamp),
-        follows_reference=stated.effort == 'target torque' and star is not None)
+        events=tuple(event for each in bags for event in each.events), counts=counts,
+        problems=tuple(problems), remarks=tuple(remarks), dropped=found.dropped,
+        jumps=found.jumps, folder=str(folder), current=_current(bags, stamp),
+        follows_reference=bag.effort == 'target torque' and reference is not None,
+        **_answers(bags, bag, found, counts), **_contact(bags, stamp, sim))
+    return with_effort_meaning(run, effort)
 
 
-_FIELDS = ('position', 'velocity', 'effort')
-
-
-def _first(sources: list[BagData], role: str, order: tuple[str, ...]) -> BagData | None:
-    ranked = sorted((source for source in sources if source.has(role)),
-                    key=lambda source: order.index(source.node))
+def _first(bags: list[BagData], role: str, order: tuple[str, ...]) -> BagData | None:
+    """Return the bag that has a role, of several the first in the order of nodes."""
+    ranked = sorted((bag for bag in bags if bag.has(role)), key=lambda bag: order.index(bag.node))
     return ranked[0] if ranked else None
 
 
-def _unique(
-    columns: Columns, counts: dict[str, int], what: str, problems: list[str],
-) -> np.ndarray:
-    """Return the rows of the first message of each stamp, in order of the stamps."""
-    stamp = columns.stamp
-    counts[f'{what}_back'] = int((np.diff(stamp) < 0).sum())
-    if len(stamp) and np.all(np.diff(stamp) > 0):
-        counts[f'{what}_copied'] = 0
-        return np.arange(len(stamp))
-    unique, first, inverse = np.unique(stamp, return_index=True, return_inverse=True)
-    counts[f'{what}_copied'] = len(stamp) - len(unique)
-    differing = 0
-    for field in _FIELDS:
-        a, b = columns.fields[field], columns.fields[field][first][inverse]
-        differing = max(differing, int((~((a == b) | np.isnan(a) & np.isnan(b))).any(1).sum()))
-    if differing:
-        problems.append(f'{differing} {what} repeat a stamp with other numbers; two runs or two '
-                        'publishers were mixed')
-    return first
-
-
-def _finite(states: Columns, rows: np.ndarray, problems: list[str], path: Path) -> np.ndarray:
-    """Return the rows up to the first one that is no number."""
-    for field in ('position', 'velocity'):
-        if np.isnan(states.fields[field][rows]).all():
-            raise InputError(f'{path}: the joint states have no {field}; it is needed')
-    good = np.isfinite(np.hstack([states.position[rows], states.velocity[rows]])).all(axis=1)
-    effort = states.effort[rows]
-    if not np.isnan(effort).all():
-        good &= np.isfinite(effort).all(axis=1)
-    if good.all():
-        return rows
-    bad = int(np.argmin(good))
-    problems.append(f'{path}: a joint state at {states.stamp[rows[bad]] * 1e-9:.9g} s holds what '
-                    'is no number')
-    return rows[:bad]
-
-
-def _common(sources: list[BagData], states: Columns, rows: np.ndarray) -> np.ndarray:
-    """Return the rows that every unfinished bag reaches."""
-    for source in sources:
-        if not source.problems or source.node != 'control':
+def _states(bag: BagData, bags: list[BagData], counts, problems, remarks) -> StateRows:
+    """Return the joint states that count, as far as every unfinished bag reaches."""
+    columns = bag.data['joint_states']
+    if bag.node not in ('sim', 'control'):
+        return foreign_rows(columns, bag.path, counts, problems, remarks)
+    found = own_rows(columns, bag.path, counts, problems)
+    for each in bags:
+        if not each.problems or each.node != 'control':
             continue
-        ends = [int(source.data[role].stamp.max()) for role in ('joint_command', 'reference')
-                if source.has(role)]
+        ends = [int(each.data[role].stamp.max()) for role in ('joint_command', 'reference')
+                if each.has(role)]
         if ends:
-            rows = rows[states.stamp[rows] <= min(ends)]
-    return rows
+            count = int((found.stamp <= min(ends)).sum())
+            found = found._replace(rows=found.rows[:count], stamp=found.stamp[:count],
+                                   states=States(*(part[:count] for part in found.states)))
+    return found
 
 
 def _rate(stamp: np.ndarray) -> float:
-    """Return the rate of states whose bag does not say [Hz]."""
+    """Return the rate of states whose bag does not state it [Hz]."""
     rate = 1e9 / float(np.median(np.diff(stamp)))
     return float(round(rate)) if abs(rate - round(rate)) < 1e-3 * rate else rate
 
@@ -181,104 +152,106 @@ def _aligned(stamp: np.ndarray, others: np.ndarray, values: np.ndarray) -> np.nd
     return out
 
 
-def _answers(sources, stamp, states, rows, counts) -> dict:
+def _answers(bags: list[BagData], states_bag: BagData, states: StateRows,
+             counts: dict[str, int]) -> dict[str, Any]:
     """Return command, and wall-clock times of states and commands at the simulator."""
-    source = _first(sources, 'joint_command', ('control', 'sim', '', 'robot'))
-    if source is None:
+    bag = _first(bags, 'joint_command', ('control', 'sim', '', 'robot'))
+    if bag is None:
         return {}
-    commands = source.data['joint_command']
+    stamp, commands = states.stamp, bag.data['joint_command']
     stamped = commands.stamp > 0
     counts['answers_unstamped'] = int((~stamped).sum())
     if not stamped.any():
         return {}
+    recorded = states_bag.data['joint_states'].stamp
     counts['answers_without_state'] = int(
-        (~np.isin(commands.stamp[stamped], states.stamp)
+        (~np.isin(commands.stamp[stamped], recorded)
          & (commands.stamp[stamped] <= stamp[-1])).sum())
     answer = {'command': _aligned(stamp, commands.stamp, commands.effort)}
-    heard = _first(sources, 'joint_command', ('sim', 'robot', '', 'control'))
+    heard = _first(bags, 'joint_command', _FROM_SIM)
     if heard is not None and heard.has('joint_states'):
-        commands, states = heard.data['joint_command'], heard.data['joint_states']
+        commands, sent_states = heard.data['joint_command'], heard.data['joint_states']
         # Of copies of a state the last one sent is the one that is answered.
-        order = np.arange(len(states.stamp))[::-1]
+        order = np.arange(len(sent_states.stamp))[::-1]
         sent, arrived = np.zeros((2, len(stamp)), dtype=np.int64)
-        at, found = _match(stamp, states.stamp[order])
-        sent[at] = states.log_time[order][found]
+        at, found = _match(stamp, sent_states.stamp[order])
+        sent[at] = sent_states.log_time[order][found]
         at, found = _match(stamp, commands.stamp)
         arrived[at] = commands.log_time[found]
         answer.update(state_time=sent, command_time=arrived)
     return answer
 
 
-def _reference(sources: list[BagData], stamp: np.ndarray) -> Reference | None:
-    source = _first(sources, 'reference', ('control', 'robot', '', 'sim'))
-    if source is None:
+def _reference(bags: list[BagData], stamp: np.ndarray) -> Reference | None:
+    bag = _first(bags, 'reference', _FROM_LAW)
+    if bag is None:
         return None
-    columns = source.data['reference']
-    fields = columns.fields
-    return Reference(*(_aligned(stamp, columns.stamp, fields[name])
+    columns = bag.data['reference']
+    return Reference(*(_aligned(stamp, columns.stamp, columns.fields[name])
                        for name in ('positions', 'velocities', 'accelerations')))
 
 
-def _truth(sources: list[BagData], stamp: np.ndarray) -> States | None:
-    source = _first(sources, 'ground_truth', ('sim', 'robot', '', 'control'))
-    if source is None:
+def _truth(bags: list[BagData], stamp: np.ndarray) -> States | None:
+    bag = _first(bags, 'ground_truth', _FROM_SIM)
+    if bag is None:
         return None
-    columns = source.data['ground_truth']
-    return States(*(_aligned(stamp, columns.stamp, columns.fields[field]) for field in _FIELDS))
+    columns = bag.data['ground_truth']
+    return States(*(_aligned(stamp, columns.stamp, columns.fields[field]) for field in FIELDS))
 
 
-def _parts(sources: list[BagData], stamp: np.ndarray) -> dict[str, np.ndarray]:
-    source = _first(sources, 'torque_parts', ('control', 'robot', '', 'sim'))
-    if source is None:
+def _efforts(bags: list[BagData], role: str, order: tuple[str, ...],
+             stamp: np.ndarray) -> np.ndarray | None:
+    """Return the efforts of a role at the states' stamps; None where it is not recorded."""
+    bag = _first(bags, role, order)
+    return None if bag is None else _aligned(stamp, bag.data[role].stamp, bag.data[role].effort)
+
+
+def _parts(bags: list[BagData], stamp: np.ndarray) -> dict[str, np.ndarray]:
+    values = _efforts(bags, 'torque_parts', _FROM_LAW, stamp)
+    if values is None:
         return {}
-    columns = source.data['torque_parts']
-    values = _aligned(stamp, columns.stamp, columns.effort)
     return {part: values[:, 6 * i:6 * i + 6] for i, part in enumerate(PART_NAMES)}
 
 
-def _contact(sources: list[BagData], stamp: np.ndarray, sim: NodeRecord | None) -> dict:
-    """Return what was felt of the world, where there is one."""
+def _contact(bags: list[BagData], stamp: np.ndarray, sim: NodeRecord | None) -> dict[str, Any]:
+    """Return what the arm touched, where there is a world."""
     if sim is None or sim.world.empty:
         return {}
-    source = next(source for source in sources if source.node == 'sim')
+    bag = next(bag for bag in bags if bag.node == 'sim')
     rate = float(sim.parameters['physics_rate'])
     steps = round(rate / sim.parameters['control_rate'])
     rows = np.zeros((len(stamp), steps, 6))
-    if source.has('contact_effort'):
-        columns = source.data['contact_effort']
+    if bag.has('contact_effort'):
+        columns = bag.data['contact_effort']
         rows = contact_rows(stamp, rate, steps, columns.stamp, columns.effort)
-    messages = ((role, data) for role in ('contacts', 'objects') if source.has(role)
-                for data in messages_of(source.data[role]))
+    messages = ((role, data) for role in ('contacts', 'objects') if bag.has(role)
+                for data in messages_of(bag.data[role]))
     return {'contact': rows, **contact_series(messages)}
 
 
-def _current(sources: list[BagData], stamp: np.ndarray) -> np.ndarray | None:
-    source = _first(sources, 'motor_current', ('robot', '', 'sim', 'control'))
-    if source is None:
-        return None
-    columns = source.data['motor_current']
-    return _aligned(stamp, columns.stamp, columns.effort)
+def _current(bags: list[BagData], stamp: np.ndarray) -> np.ndarray | None:
+    return _efforts(bags, 'motor_current', ('robot', '', 'sim', 'control'), stamp)
 
 
-def _sim_side(side: NodeRecord | None, arm: str | None) -> NodeRecord | None:
-    if side is None or arm is None:
-        return side
-    return replace(side, arm_name=arm, arm=load_arm(arm))
+def _sim_record(record: NodeRecord | None, arm: str | None) -> NodeRecord | None:
+    if record is None or arm is None:
+        return record
+    return replace(record, arm_name=arm, arm=load_arm(arm))
 
 
 def _control_record(
-    side: NodeRecord | None, name: str | None, gains: dict[str, list[float]],
+    record: NodeRecord | None, name: str | None, gains: dict[str, list[float]],
 ) -> NodeRecord | None:
     """Return the controller's record from its bag, with the user's arm and gains in it."""
-    if side is None:
+    if record is None:
         if name is None:
             return None
         given = complete(CONTROL_PARAMETERS, {'arm': name})
         unknown = {} if gains else {'mode': 'unknown'}
         return NodeRecord(name, load_arm(name), given | gains | unknown)
     if name:
-        side = replace(side, arm_name=name, arm=load_arm(name))
+        record = replace(record, arm_name=name, arm=load_arm(name))
     changes = tuple(
         change._replace(values={key: value for key, value in change.values.items()
-                                if key not in gains}) for change in side.changes)
-    return replace(side, parameters={**side.parameters, **gains}, changes=changes)
+                                if key not in gains}) for change in record.changes)
+    return replace(record, parameters={**record.parameters, **gains}, changes=changes)

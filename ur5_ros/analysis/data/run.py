@@ -109,6 +109,12 @@ class Run:
     """Irregularities met while pairing: copies, answers without a state, steps back, ..."""
     problems: tuple[str, ...] = ()
     """Why the recording is not whole, one sentence each; empty where it is."""
+    remarks: tuple[str, ...] = ()
+    """What was passed over, dropped or assumed while reading, one sentence each."""
+    dropped: np.ndarray | None = None
+    """Stamps of messages that do not count [ns]; a gap that they fill is none of the recorder."""
+    jumps: np.ndarray | None = None
+    """Rows that begin after a jump of the positions."""
     folder: str = ''
     follows_reference: bool = False
     """Whether the effort is a robot's own target torque, which belongs to the reference."""
@@ -122,6 +128,8 @@ class Run:
     objects: tuple[tuple[int, np.ndarray], ...] = ()
     """Stamp [ns] and pose of every free body of the world, position [m] and quaternion (x, y, z,
     w) in base, shape (bodies, 7), likewise."""
+    effort_meaning: str = 'total'
+    """What the recorded effort was stated to be: one of ``EFFORT_MEANINGS``."""
 
     @property
     def required_reference(self) -> Reference:
@@ -230,6 +238,8 @@ class Run:
         """
         period = 1e9 / self.control_rate
         whole = np.abs(np.diff(self.stamp) - period) <= max(2.0, self.jitter * period)
+        if self.jumps is not None:
+            whole[self.jumps - 1] = False
         for event in self.events:
             if event.kind == 'reset':
                 row = np.searchsorted(self.stamp, event.stamp)

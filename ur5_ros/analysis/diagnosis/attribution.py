@@ -29,6 +29,11 @@ def causes(run: Run, checks: Sequence[Check], residual_limit: float = 0.0,
         if missing is not None:
             return [missing]
     found = []
+    meaning = next((check for check in checks if check.name == 'effort'
+                    and check.verdict == FAIL), None)
+    if meaning is not None:  # figures of another unit show no cause in the plant
+        return [{'kind': 'effort meaning', 'meaning': meaning.details['meaning'],
+                 'sentence': meaning.sentence}]
     if failed.intersection(_PATH):
         found += path_causes(run)
     if failed.intersection(_PLANT) and record is not None:

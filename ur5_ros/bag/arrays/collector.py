@@ -78,6 +78,7 @@ class Collector:
         self._layouts: list[tuple[Layout, list[int] | None]] = []
         self._unread = 0
         self._first_unread = ''
+        self._broken: list[int] = []
 
     def _name(self, names: Sequence[str]) -> None:
         """Set the names of the columns."""
@@ -97,6 +98,8 @@ class Collector:
             if new is not None:
                 self._layouts.append(new)
                 self._take(new, buffer, found, left)
+            elif not self._table.is_filled(first):
+                self._broken.append(int(found.log_times[first]))
             left[first] = False
         self._table.close()
 
@@ -133,14 +136,18 @@ class Collector:
         names = list(self._kind.names(message))
         values = self._kind.values(message)
         filled = [field for field in self._kind.fields if len(values.get(field, ()))]
-        if not values or not names or len(set(names)) != len(names) or any(
-                len(values[field]) != len(names) for field in filled):
+        whole = all(len(values[field]) == len(names) for field in filled)
+        if not values or not names or len(set(names)) != len(names) or (
+                self._names is None and not whole):
             return None
         if self._names is None:
             self._name(names)
         order = [names.index(name) for name in self._names or ()] \
             if set(self._names or ()) <= set(names) else None
-        if len(self._layouts) < MAX_LAYOUTS:
+        if not whole and order is not None and any(
+                len(values[field]) <= max(order) for field in filled):
+            return None
+        if whole and len(self._layouts) < MAX_LAYOUTS:
             layout = self._kind.layout(names, message['header']['frame_id'], filled)
             if layout.matches(data):
                 return layout, order
@@ -158,4 +165,4 @@ class Collector:
                          f'the first: {self._first_unread}')
         table = self._table.trimmed()
         return Columns(self._names or (), table.stamp, table.log_time, table.publish_time,
-                       table.fields, table.skipped)
+                       table.fields, table.skipped, np.array(self._broken, np.int64))

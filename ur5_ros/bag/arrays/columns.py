@@ -37,6 +37,8 @@ class Columns(NamedTuple):
     """Field -> float64, shape (n, len(names)); NaN where a message leaves the field empty."""
     skipped: int
     """Messages left out: without one of the names, or with lengths that contradict each other."""
+    broken: np.ndarray = np.zeros(0, np.int64)
+    """Log times [ns] of those of them that are empty or contradict themselves."""
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return a field by its name, such as ``position``."""

@@ -46,6 +46,10 @@ class Table:
         for name, column in self.fields.items():
             column[rows] = fields.get(name, np.nan)
 
+    def is_filled(self, row: int) -> bool:
+        """Return whether a row of the batch is filled."""
+        return bool(self._filled[row])
+
     def close(self) -> None:
         """End a batch; rows that were not filled are dropped."""
         number, kept = len(self._filled), int(self._filled.sum())

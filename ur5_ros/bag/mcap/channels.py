@@ -34,14 +34,17 @@ class TopicInfo(NamedTuple):
         ------
         BagError
             If the encoding is not CDR, the schema cannot be read, or it defines a type that is
-            recorded otherwise than ROS 2 does.
+            recorded without the fields that ROS 2 gives it.
 
         """
         if self.encoding != 'cdr':
-            raise BagError(f'topic {self.name}: messages encoded as {self.encoding[:20]!r}; '
-                           'only cdr is read')
+            way_out = _WAYS_OUT.get(self.encoding, 'record it as ROS 2 does')
+            raise BagError(f'topic {self.name}: messages of type {self.type[:80]!r} encoded as '
+                           f'{self.encoding[:20]!r}; only cdr is read: {way_out}')
         known = definitions_of(self.type) if self.type in DEFINITIONS else None
-        if self.schema_encoding != 'ros2msg':
+        if not self.type:
+            raise BagError(f'topic {self.name}: the file does not state its type')
+        if self.schema_encoding != 'ros2msg' or not self.schema.strip():
             if known is None:
                 raise BagError(f'topic {self.name}: type {self.type[:80]!r} is defined in '
                                f'{self.schema_encoding[:20]!r}; only ros2msg is read')
@@ -51,9 +54,32 @@ class TopicInfo(NamedTuple):
         except UnicodeDecodeError:
             raise BagError(f'topic {self.name}: a schema that is not UTF-8') from None
         found = parse_schema(self.type, text)
-        if known is not None and any(found.get(name) != fields for name, fields in known.items()):
+        if known is not None and not all(
+                set(fields) <= set(found.get(name, ())) for name, fields in known.items()):
             raise BagError(f'topic {self.name}: {self.type} is defined otherwise than in ROS 2')
         return found
+
+    @property
+    def is_ros2(self) -> bool:
+        """Whether messages are as ROS 2 defines this type, as far as it is one of the recorded."""
+        try:
+            return (self.type not in DEFINITIONS
+                    or self.definitions() == definitions_of(self.type))
+        except BagError:
+            return False
+
+
+#: Encoding of messages -> the way to one that is read.
+_WAYS_OUT = {
+    'ros1': 'it is a ROS 1 recording; convert it with: rosbags-convert, or mcap convert',
+    'json': 'it is not a ROS 2 recording; record the ROS topics with: ros2 bag record',
+}
+
+
+def ros2_type(name: str, encoding: str) -> str:
+    """Return a type in the form ``package/msg/Name``; other writers leave ``msg`` out."""
+    package, _, short = name.partition('/')
+    return f'{package}/msg/{short}' if encoding == 'cdr' and short and '/' not in short else name
 
 
 class FileDefinitions:
@@ -92,7 +118,9 @@ class FileDefinitions:
         for number, channel in self.channels.items():
             schema = self.schemas.get(channel.schema_id)
             self._topics[number] = TopicInfo(
-                channel.topic, schema.name if schema else '', channel.message_encoding,
+                channel.topic,
+                ros2_type(schema.name, channel.message_encoding) if schema else '',
+                channel.message_encoding,
                 schema.encoding if schema else '', schema.data if schema else b'',
                 channel.metadata.get('offered_qos_profiles', ''),
                 channel.metadata.get('topic_type_hash', ''))

@@ -1,0 +1,349 @@
+"""Recordings of other tools: what is healthy passes, what was left out is counted and placed."""
+
+import numpy as np
+import pytest
+from foreign_recordings import (
+    GRIPPER,
+    arm_messages,
+    gravity,
+    gripper_messages,
+    message,
+    motion,
+    write_bag,
+)
+
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.validate import validate
+from ur5_ros.cdr.fixed_messages import encode
+from ur5_ros.errors import InputError
+from ur5_ros.signals import JOINT_NAMES
+
+STATES = '/joint_states'
+
+
+@pytest.fixture(scope='module')
+def made():
+    return motion()
+
+
+@pytest.fixture
+def judged(tmp_path):
+    """Return a function that writes topics as a bag and judges it as arm ur5e."""
+    def judge(messages, types=None, arm='ur5e', **options):
+        if not isinstance(messages, dict):
+            messages = {STATES: messages}
+        folder = write_bag(tmp_path / 'bag', messages, types)
+        return validate(load_run(folder, arm=arm, **options))
+    return judge
+
+
+def remarks(result):
+    return '; '.join(result.about['remarks'])
+
+
+def test_a_healthy_recording_passes_without_a_remark(judged, made):
+    result = judged(arm_messages(made))
+    assert result.verdict == 'pass' and not result.about['remarks'] and not result.causes
+    assert result.check('effort').verdict == 'pass'
+    assert result.check('kinematics').verdict == 'pass'
+
+
+@pytest.mark.parametrize('first', [True, False])
+def test_a_gripper_on_the_topic_is_counted_and_passed_over(judged, made, first):
+    arm, gripper = arm_messages(made), gripper_messages(made)
+    if not first:
+        gripper = [(time + 1_000_000, data) for time, data in gripper]
+    result = judged(arm + gripper)
+    assert result.verdict == 'pass'
+    assert f'{len(gripper)} messages of /joint_states, of {len(arm + gripper)}' in remarks(result)
+
+
+def test_a_gripper_joint_within_the_message_is_left_out(judged, made):
+    messages = [(int(stamp), message(stamp, (*JOINT_NAMES, *GRIPPER), [*made.q[k], 0.1],
+                                     [*made.qd[k], 0.0], [*made.effort[k], 0.0]))
+                for k, stamp in enumerate(made.stamp)]
+    assert judged(messages).verdict == 'pass'
+
+
+def test_a_name_without_a_value_behind_the_joints_does_no_harm(judged, made):
+    messages = [(int(stamp), message(stamp, (*JOINT_NAMES, 'g'), made.q[k], made.qd[k],
+                                     made.effort[k])) for k, stamp in enumerate(made.stamp)]
+    assert judged(messages).verdict == 'pass'
+
+
+@pytest.mark.parametrize('row', [0, 350])
+def test_an_empty_message_is_counted_and_passed_over(judged, made, row):
+    messages = arm_messages(made)
+    messages[row] = (messages[row][0], message(made.stamp[row]))
+    result = judged(messages)
+    assert result.verdict == 'pass' and '1 messages of /joint_states' in remarks(result)
+    assert result.about['states'] == len(messages) - 1
+
+
+@pytest.mark.parametrize('hand', ['/hand/joint_states', '/a/very/much/longer/joint_states'])
+def test_the_topic_that_holds_the_six_joints_is_taken(judged, made, hand):
+    result = judged({hand: gripper_messages(made, 1), '/ur/joint_states': arm_messages(made)})
+    assert result.verdict == 'pass' and result.about['states'] == len(made.stamp)
+
+
+def test_a_topic_of_any_name_that_holds_the_six_joints_is_taken(judged, made):
+    assert judged({'/robot/feedback': arm_messages(made)}).verdict == 'pass'
+
+
+def test_of_two_topics_with_the_six_joints_one_is_taken_and_the_choice_is_said(judged, made):
+    other = made.with_(effort=np.zeros_like(made.effort))
+    topics = {'/a/joint_states': arm_messages(made), '/b/joint_states': arm_messages(other)}
+    assert '--topic joint_states=NAME' in remarks(judged(topics))
+
+
+def test_the_user_chooses_the_topic(judged, made):
+    other = made.with_(effort=2.0 * made.effort)
+    topics = {'/a/joint_states': arm_messages(made), '/b/joint_states': arm_messages(other)}
+    result = judged(topics, topics={'joint_states': '/b/joint_states'})
+    assert result.check('inverse dynamics').verdict == 'fail'
+
+
+@pytest.mark.parametrize('topics, match', [
+    ({'joint_states': '/absent'},
+     'no topic /absent for joint_states; there are: /grip, /joint_states'),
+    ({'reference': STATES}, 'not trajectory_msgs/msg/JointTrajectory'),
+    ({'joint_command': '/grip'}, 'of the six joints')])
+def test_a_topic_that_is_not_the_role_is_refused_with_the_choices(judged, made, topics, match):
+    with pytest.raises(InputError, match=match):
+        judged({STATES: arm_messages(made), '/grip': gripper_messages(made)}, topics=topics)
+
+
+def two_arms(made, prefixes=('left_', 'right_')):
+    other = motion('ur3e')
+    names = [prefix + name for prefix in prefixes for name in JOINT_NAMES]
+    return [(int(stamp), message(stamp, names, *(np.concatenate([getattr(each, part)[k] for each in
+             (made, other)]) for part in ('q', 'qd', 'effort'))))
+            for k, stamp in enumerate(made.stamp)]
+
+
+def test_of_two_arms_in_one_message_one_is_taken_and_the_prefixes_are_said(judged, made):
+    result = judged(two_arms(made))
+    assert result.verdict == 'pass'
+    assert "'left_', 'right_'" in remarks(result) and '--joint-prefix' in remarks(result)
+
+
+def test_the_user_chooses_the_arm_by_its_prefix(judged, made):
+    result = judged(two_arms(made), arm='ur3e', joint_prefix='right_')
+    assert result.verdict == 'pass' and not result.about['remarks']
+
+
+def test_a_prefix_that_does_not_exist_is_refused_with_those_that_do(judged, made):
+    with pytest.raises(InputError, match="'middle_'.*'left_', 'right_'"):
+        judged(two_arms(made), joint_prefix='middle_')
+
+
+@pytest.mark.parametrize('topic, kind, fields', [
+    ('/diff_drive_controller/reference', 'geometry_msgs/msg/PoseStamped', {}),
+    ('/object/ground_truth', 'geometry_msgs/msg/PoseStamped', {}),
+    ('/x/events', 'std_msgs/msg/String', {'data': 'hello'}),
+    ('/gripper/joint_command', 'std_msgs/msg/Float64MultiArray', {})])
+def test_a_topic_that_ends_like_a_role_and_is_another_thing_is_not_that_role(
+        judged, made, topic, kind, fields):
+    other = [(int(stamp), encode(kind, fields)) for stamp in made.stamp[::10]]
+    result = judged({STATES: arm_messages(made), topic: other}, {topic: kind})
+    assert result.verdict == 'pass' and topic in remarks(result)
+
+
+def test_events_of_another_tool_are_not_the_simulators(judged, made):
+    kind = 'diagnostic_msgs/msg/DiagnosticArray'
+    event = encode(kind, {'status': [{'name': 'x', 'values': [{'key': 'a', 'value': 'no json'}]}]})
+    result = judged({STATES: arm_messages(made), '/x/events': [(int(made.stamp[5]), event)]},
+                    {'/x/events': kind})
+    assert result.verdict == 'pass' and '/x/events' in remarks(result)
+
+
+def test_commands_of_positions_are_no_torque_commands(judged, made):
+    commands = arm_messages(made, fields=('position',))[::5]
+    result = judged({STATES: arm_messages(made), '/joint_command': commands})
+    assert result.verdict == 'pass'
+    assert result.check('pairing').verdict == 'not applicable'
+
+
+@pytest.mark.parametrize('rows', [range(5), range(300, 303), [0, 10, 20, 699]])
+def test_rows_that_hold_no_number_are_dropped_counted_and_placed(judged, made, rows):
+    q = made.q.copy()
+    q[list(rows)] = np.nan
+    result = judged(arm_messages(made.with_(q=q, qd=np.where(np.isnan(q), np.nan, made.qd))))
+    assert result.verdict == 'pass'
+    assert result.about['states'] == len(made.stamp) - len(rows)
+    first, last = made.t[min(rows)], made.t[max(rows)]
+    assert (f'{len(rows)} states of 700 hold what is no number, from {first:.4g} s to '
+            f'{last:.4g} s: dropped') in remarks(result)
+
+
+@pytest.mark.parametrize('effort', [None, np.nan, 0.0])
+def test_without_a_torque_kinematics_and_timing_are_judged(judged, made, effort):
+    fields = ('position', 'velocity', 'effort')[:2 if effort is None else 3]
+    filled = made.with_(effort=np.full_like(made.effort, 0.0 if effort is None else effort))
+    result = judged(arm_messages(filled, fields))
+    assert result.verdict == 'pass' and 'no torque is recorded' in remarks(result)
+    for name, verdict in (('kinematics', 'pass'), ('timing', 'pass'),
+                          ('effort', 'not applicable'), ('inverse dynamics', 'not applicable')):
+        assert result.check(name).verdict == verdict
+
+
+def test_velocities_in_degrees_are_noticed(judged, made):
+    result = judged(arm_messages(made.with_(qd=np.degrees(made.qd)), ('position', 'velocity')))
+    assert result.check('kinematics').verdict == 'fail'
+
+
+def test_a_missing_velocity_is_differentiated_and_said(judged, made):
+    result = judged(arm_messages(made, ('position', 'effort')))
+    assert result.verdict == 'pass' and 'differentiated from the positions' in remarks(result)
+
+
+def test_a_second_publisher_without_velocities_is_named(judged, made):
+    zeros = [(int(stamp) + 350_000, message(stamp + 50_000, JOINT_NAMES, np.zeros(6)))
+             for stamp in made.stamp[4::26]]
+    result = judged(arm_messages(made) + zeros)
+    assert result.verdict == 'pass'
+    assert f'{len(zeros)} states of {700 + len(zeros)} are of another source that interleaves' in (
+        remarks(result))
+
+
+@pytest.mark.parametrize('offset', [-1.0, 0.3])
+def test_positions_that_their_velocities_cannot_explain_are_dropped(judged, made, offset):
+    q, qd, effort = made.q.copy(), made.qd.copy(), made.effort.copy()
+    rows = np.arange(7, 700, 50)
+    q[rows], qd[rows], effort[rows] = q[rows] + offset, 0.0, 0.0
+    result = judged(arm_messages(made.with_(q=q, qd=qd, effort=effort)))
+    assert result.verdict == 'pass', [c.sentence for c in result.checks if c.verdict == 'fail']
+    assert f'{len(rows)} states of 700 are of another source' in remarks(result)
+
+
+def test_intermittent_zeros_are_another_source(judged, made):
+    q, qd, effort = made.q.copy(), made.qd.copy(), made.effort.copy()
+    for part in (q, qd, effort):
+        part[20::40] = 0.0
+    result = judged(arm_messages(made.with_(q=q, qd=qd, effort=effort)))
+    assert result.verdict == 'pass' and '17 states of 700' in remarks(result)
+
+
+def test_a_jump_that_stays_fails_and_is_placed(judged, made):
+    q = made.q.copy()
+    q[400:] += 0.5
+    result = judged(arm_messages(made.with_(q=q)))
+    assert result.check('recording').verdict == 'fail'
+    assert 'jump at 0.8 s' in result.check('recording').sentence
+
+
+def test_a_wrist_that_wraps_at_a_whole_turn_is_made_continuous(judged):
+    made = motion(n=2000)
+    turned = made.q[:, 5] - 0.4 + np.pi
+    q = made.q.copy()
+    q[:, 5] = (turned + np.pi) % (2 * np.pi) - np.pi
+    base = made.with_(q=np.column_stack([made.q[:, :5], turned]))
+    assert np.abs(np.diff(q[:, 5])).max() > 6.0
+    result = judged(arm_messages(made.with_(q=q)))
+    assert 'wrap' in remarks(result)
+    assert result.check('kinematics').verdict == 'pass'
+    assert base.q.shape == q.shape
+
+
+def test_zero_stamps_give_way_to_the_log_time(judged, made):
+    messages = [(int(stamp), message(0, JOINT_NAMES, made.q[k], made.qd[k], made.effort[k]))
+                for k, stamp in enumerate(made.stamp)]
+    result = judged(messages)
+    assert result.verdict == 'pass' and 'the log time was used' in remarks(result)
+    assert result.about['duration_s'] == pytest.approx(1.398)
+
+
+def test_a_few_zero_stamps_and_repeated_ones_are_dropped_and_counted(judged, made):
+    stamp = made.stamp.copy()
+    stamp[:2], stamp[101:106] = 0, stamp[100]
+    result = judged(arm_messages(made.with_(stamp=stamp)))
+    assert '2 states of 700 have a stamp of zero: dropped' in remarks(result)
+    assert '5 states of 698 repeat a stamp' in remarks(result)
+    assert result.about['states'] == 693
+
+
+def test_jitter_is_reported_with_its_size_and_is_no_gap(judged, made):
+    random = np.random.default_rng(3)
+    stamp = made.stamp + np.rint(random.normal(0.0, 150_000, 700)).astype(np.int64)
+    result = judged(arm_messages(made.with_(stamp=np.sort(stamp))))
+    assert result.verdict == 'pass'
+    assert result.check('timing').details['jitter_s'] == pytest.approx(0.15e-3 * 2**0.5, rel=0.2)
+    assert 'jitter by 0.2' in remarks(result)
+
+
+def test_missing_states_are_gaps(judged, made):
+    messages = arm_messages(made)
+    result = judged(messages[:300] + messages[310:])
+    check = result.check('timing')
+    assert check.verdict == 'fail' and check.value == 1 and 'after 0.598 s' in check.sentence
+
+
+def test_without_an_arm_one_line_says_so_and_which_known_arms_fit(judged, made):
+    with pytest.raises(InputError, match=r'no arm is known; give one: --arm NAME; of the known '
+                       r'arms these fit the torques best: ur5e \(9.\d+e-06 N m RMS') as caught:
+        judged(arm_messages(made), arm=None)
+    assert '\n' not in str(caught.value)
+
+
+def test_an_arm_that_cannot_be_is_called_so(judged, made):
+    result = judged(arm_messages(made), arm='ur5')
+    assert result.verdict == 'fail'
+    assert result.causes[0]['kind'] == 'wrong arm' and result.causes[0]['arm'] == 'ur5e'
+
+
+MEANINGS = {
+    'gravity_excluded': lambda made: made.effort - gravity(made),
+    'target': gravity,
+    'current': lambda made: made.effort / np.array([13.0, 13.0, 10.0, 9.5, 9.0, 9.0]),
+    'other_sign': lambda made: -made.effort,
+}
+
+
+@pytest.mark.parametrize('friction', [0.0, 1.0])
+@pytest.mark.parametrize('meaning', MEANINGS)
+def test_an_effort_that_is_no_joint_torque_is_named_with_the_option(judged, made, meaning,
+                                                                    friction):
+    changed = MEANINGS[meaning](made) + friction * 0.02 * np.sign(made.qd)
+    result = judged(arm_messages(made.with_(effort=changed)))
+    assert result.verdict == 'fail'
+    assert f'--effort {meaning}' in result.check('effort').sentence
+    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
+
+
+@pytest.mark.parametrize('meaning', MEANINGS)
+def test_with_the_option_the_verdict_is_judged_by_the_meaning(judged, made, meaning):
+    result = judged(arm_messages(made.with_(effort=MEANINGS[meaning](made))), effort=meaning)
+    assert result.verdict == 'pass', [c.sentence for c in result.checks if c.verdict == 'fail']
+    assert result.check('inverse dynamics').verdict == 'pass'
+
+
+@pytest.mark.parametrize('meaning', MEANINGS)
+def test_a_stated_meaning_that_is_wrong_fails(judged, made, meaning):
+    if meaning != 'current':  # a factor a joint fits joint torque as well
+        assert judged(arm_messages(made), effort=meaning).verdict == 'fail'
+
+
+def test_a_constant_effort_is_no_measurement(judged, made):
+    result = judged(arm_messages(made.with_(effort=np.tile(made.effort[0], (700, 1)))))
+    assert result.verdict == 'fail' and 'constant' in result.check('effort').sentence
+
+
+def test_friction_alone_does_not_make_another_meaning(judged):
+    result = judged(arm_messages(motion(friction=3.0)))
+    assert result.check('effort').verdict == 'pass'
+
+
+def test_an_arm_at_rest_is_judged_by_its_gravity(judged):
+    result = judged(arm_messages(motion(still=True)))
+    assert result.verdict == 'pass' and result.check('inverse dynamics').verdict == 'pass'
+
+
+def test_an_arm_at_rest_with_another_torque_fails_without_a_traceback(judged):
+    made = motion(still=True)
+    result = judged(arm_messages(made.with_(effort=1.2 * made.effort)))
+    assert result.check('inverse dynamics').verdict == 'fail' and result.causes
+
+
+def test_a_meaning_that_does_not_exist_is_refused(judged, made):
+    with pytest.raises(InputError, match='give one of: total'):
+        judged(arm_messages(made), effort='newton')

@@ -1,0 +1,71 @@
+"""Commands on recordings of other tools: one line where something is missing, no traceback."""
+
+import json
+import shutil
+
+import pytest
+from foreign_recordings import arm_messages, motion, write_bag
+
+from ur5_ros.cli import judge
+from ur5_ros.cli.run import run
+
+
+@pytest.fixture(scope='module')
+def plain(tmp_path_factory):
+    """A bag with joint states alone, of an arm ur5e."""
+    return write_bag(tmp_path_factory.mktemp('foreign') / 'plain',
+                     {'/joint_states': arm_messages(motion())})
+
+
+def test_without_an_arm_validate_ends_with_one_line_and_the_arms_that_fit(ur5, plain):
+    judged = ur5('validate', str(plain))
+    assert judged.code == 2 and judged.out == ''
+    assert judged.err.count('\n') == 1 and '--arm NAME' in judged.err and 'ur5e' in judged.err
+    assert ur5('validate', str(plain), '--arm', 'ur5e').code == 0
+    assert ur5('validate', str(plain), '--arm', 'ur5').code == 1
+
+
+def test_validate_all_goes_on_after_a_run_that_cannot_be_judged(ur5, plain, short_run, tmp_path):
+    shutil.copytree(plain, tmp_path / 'runs' / 'a_plain')
+    shutil.copytree(short_run, tmp_path / 'runs' / 'own')
+    judged = ur5('validate', '--all', 'runs', '--json', 'all.json')
+    verdicts = {run['run']: run['verdict']
+                for run in json.loads((tmp_path / 'all.json').read_text())['runs']}
+    assert judged.code == 1 and verdicts.pop('a_plain') == 'not judged'
+    assert list(verdicts.values()) == ['pass']
+    # the option serves the bag that does not state its arm, and no other one
+    assert ur5('validate', '--all', 'runs', '--arm', 'ur5e').code == 0
+
+
+def test_render_and_compare_take_the_arm_of_a_bag_that_does_not_state_it(ur5, plain, tmp_path):
+    assert ur5('render', str(plain), '-o', 'a.png').code == 2
+    assert ur5('render', str(plain), '--arm', 'ur5e', '-o', 'a.png').code == 0
+    assert (tmp_path / 'a.png').stat().st_size > 1000
+    assert ur5('compare', str(plain), str(plain), '--arm', 'ur5e').code == 0
+
+
+@pytest.mark.parametrize('options, says', [
+    (['--topic', 'states=/joint_states'], 'the roles are: joint_states'),
+    (['--topic', 'joint_states'], 'give ROLE=NAME'),
+    (['--topic', 'joint_states=/a', '--topic', 'joint_states=/b'], 'given twice'),
+    (['--effort', 'ampere'], 'give one of: total'),
+    (['--joint-prefix', 'left_'], 'the prefixes there are')])
+def test_a_wrong_option_is_refused_in_one_line(ur5, plain, options, says):
+    judged = ur5('validate', str(plain), '--arm', 'ur5e', *options)
+    assert judged.code == 2 and says in judged.err and judged.err.count('\n') == 1
+
+
+def test_an_unforeseen_error_is_one_line_with_exit_code_4_and_a_file(
+        plain, monkeypatch, tmp_path, capsys):
+    def broken(*_, **__):
+        raise RuntimeError('two\nlines')
+
+    monkeypatch.setattr(judge, 'validate_run', broken)
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    assert run(['validate', str(plain), '--arm', 'ur5e']) == 4
+    printed = capsys.readouterr()
+    assert printed.out == '' and printed.err.count('\n') == 1
+    assert 'internal error (RuntimeError: two lines)' in printed.err and 'report it' in printed.err
+    details, = tmp_path.glob('ur5-internal-error-*.txt')
+    assert str(details) in printed.err
+    assert 'Traceback' in details.read_text() and '--arm' in details.read_text()

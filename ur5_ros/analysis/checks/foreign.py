@@ -1,0 +1,135 @@
+"""Checks of recordings that are not of this package's simulator: kinematics, effort, torque."""
+
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.effort import (
+    WORDS,
+    Hypothesis,
+    best_meaning,
+    drive_factors,
+    effort_hypotheses,
+    fitting_arms,
+)
+from ur5_ros.analysis.residual_blocks import SMOOTHING, sample_blocks
+from ur5_ros.analysis.result import FAIL, PASS, Check, judge, not_applicable
+from ur5_ros.config.validation import Marks
+from ur5_ros.signals import JOINT_NAMES
+
+#: Motion below which kinematics is not judged, RMS over a block [rad].
+AT_REST = 1e-4
+
+NO_TORQUE = 'no torque is recorded'
+
+
+def kinematics_check(run: Run, marks: Marks) -> Check:
+    """Return whether positions change by the integral of the velocities, over blocks of 0.1 s."""
+    name, size = 'kinematics', max(1, round(SMOOTHING * run.control_rate))
+    if any('differentiated' in remark for remark in run.remarks):
+        return not_applicable(name, 'no velocity is measured')
+    q, qd, t = run.states.q, run.states.qd, run.t
+    whole = run.steps
+    step = np.where(whole[:, None], np.diff(q, axis=0), 0.0)
+    integral = np.where(whole[:, None], 0.5 * (qd[1:] + qd[:-1]) * np.diff(t)[:, None], 0.0)
+    edges = np.arange(0, len(step), size)
+    step, integral = (np.add.reduceat(part, edges) for part in (step, integral))
+    motion = np.sqrt(np.mean(step**2, axis=0))
+    moving = motion > AT_REST
+    if not moving.any():
+        still = np.sqrt(np.mean(integral**2, axis=0))
+        return judge(name, float(still.max()), 10.0 * AT_REST, 'rad',
+                     'the arm is at rest, in position and in velocity')
+    error = np.sqrt(np.mean((step - integral)**2, axis=0))
+    share = np.where(moving, error / np.maximum(motion, AT_REST), 0.0)
+    joint = int(np.argmax(share))
+    return judge(name, share[joint], marks['kinematics'], '1',
+                 f'positions and integrated velocities differ by {share[joint]:.2%} of the motion '
+                 f'(worst: {JOINT_NAMES[joint]})', joint=JOINT_NAMES[joint])
+
+
+def effort_check(run: Run, marks: Marks) -> Check:
+    """Return what the recorded effort is; fails where it is not joint torque and not stated."""
+    name, record = 'effort', run.law_record
+    if record is None:
+        return not_applicable(name, 'no arm is known; give one: --arm NAME')
+    if run.effort_meaning != 'total':
+        return Check(name, PASS, f'taken as {WORDS[run.effort_meaning]}, as stated by --effort')
+    if np.isnan(run.states.effort).all():
+        return not_applicable(name, NO_TORQUE)
+    found = effort_hypotheses(run, record.arm)
+    if not found:
+        return not_applicable(name, 'too few states with a torque follow each other')
+    details: dict[str, Any] = {'misfits': {each.meaning: each.misfit for each in found}}
+    best, total = best_meaning(found, marks['effort']), _total(found)
+    if best.meaning == 'total' or _another_arm_fits(run, best):
+        return Check(name, PASS, f'joint torque: {total.misfit:.2%} of it stays unexplained '
+                     'beside friction', total.misfit, unit='1', details=details)
+    details['factors'] = list(best.factors)
+    return Check(name, FAIL, _sentence(best, total), best.misfit, unit='1',
+                 details={**details, 'meaning': best.meaning})
+
+
+def _total(found: list[Hypothesis]) -> Hypothesis:
+    return next(each for each in found if each.meaning == 'total')
+
+
+def _another_arm_fits(run: Run, best: Hypothesis) -> bool:
+    """Return whether the effort is joint torque of another known arm, and that fits better."""
+    fits = fitting_arms(run)
+    return bool(fits) and min(fit.misfit for fit in fits) < 0.5 * best.misfit
+
+
+def _sentence(best: Hypothesis, total: Hypothesis) -> str:
+    figures = (f'this leaves {best.misfit:.2%} unexplained, joint torque {total.misfit:.2%}')
+    if best.meaning == 'constant':
+        return f'the effort is {WORDS["constant"]}; torques cannot be judged'
+    if best.meaning == 'current':
+        factors = ', '.join('-' if np.isnan(factor) else f'{factor:.3g}'
+                            for factor in best.factors)
+        figures = f'factors of joints 1 to 6: {factors} N m/A; {figures}'
+    return (f'the effort looks like {WORDS[best.meaning]} ({figures}); if it is, give: '
+            f'--effort {best.meaning}')
+
+
+def inverse_dynamics_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
+    """Return the check of the inverse dynamics smoothed over blocks, for any recording."""
+    name, record = 'inverse dynamics', run.law_record
+    if record is None:
+        return not_applicable(name, 'no arm is known; give one: --arm NAME'), {}
+    if run.effort_meaning == 'current':
+        return _current_check(run, marks), {}
+    if np.isnan(run.exact.effort).all():
+        return not_applicable(name, NO_TORQUE), {}
+    samples = sample_blocks(run, record.arm)
+    if samples is None:
+        return not_applicable(name, 'too few states with a torque follow each other'), {}
+    unexplained_torque = samples.unexplained_torque.mean(axis=1)
+    rms = np.sqrt(np.mean(unexplained_torque**2, axis=0))
+    scale = float(np.sqrt(np.mean(samples.effort**2, axis=(0, 1))).max())
+    joint = int(np.argmax(rms))
+    length = samples.q.shape[1] * run.h
+    check = judge(
+        name, rms[joint] / scale if scale else np.nan, marks['residual_external'], '1',
+        f'smoothed over {length:.3g} s, arm {record.arm_name} misses {rms[joint]:.3g} N m RMS at '
+        f'{JOINT_NAMES[joint]}, of torques up to {np.abs(samples.effort).max():.3g} N m',
+        joint=JOINT_NAMES[joint], rms_by_joint=dict(zip(JOINT_NAMES, rms.tolist(), strict=True)))
+    return check, {'smoothed': (samples.time.mean(axis=1), unexplained_torque)}
+
+
+def _current_check(run: Run, marks: Marks) -> Check:
+    """Return whether motor currents are the torque of the arm by one factor a joint."""
+    name, record = 'inverse dynamics', run.law_record
+    found = drive_factors(run, record.arm) if record is not None else None
+    if found is None:
+        return not_applicable(name, 'too few states with a current follow each other')
+    factors, current, model = found
+    rms = np.sqrt(np.mean((current - model)**2, axis=0))
+    scale = np.sqrt(np.mean(current**2, axis=0)).max()
+    joint = int(np.argmax(rms))
+    shown = ', '.join('-' if np.isnan(factor) else f'{factor:.4g}' for factor in factors)
+    return judge(name, rms[joint] / scale if scale else np.nan, marks['residual_external'], '1',
+                 f'from motor currents with {shown} N m/A for joints 1 to 6, friction fitted: '
+                 f'{rms[joint]:.3g} A RMS are missed at {JOINT_NAMES[joint]}',
+                 joint=JOINT_NAMES[joint], factors=factors.tolist())

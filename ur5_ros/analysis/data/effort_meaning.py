@@ -1,0 +1,37 @@
+"""A run whose effort is stated to be something else than the torque that acted."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.errors import InputError
+from ur5_ros.model.dynamics import gravity_torque
+
+
+def with_effort_meaning(run: Run, meaning: str | None) -> Run:
+    """
+    Return the run with its effort in N m, gravity included, as far as the meaning allows.
+
+    ``gravity_excluded`` adds the gravity of the arm, ``other_sign`` turns the sign, ``current``
+    moves the numbers to the motor currents; ``target`` (the torque of a reference at rest) stays
+    as it is and is compared with gravity alone.
+
+    """
+    if meaning is None:
+        return run
+    states = run.states
+    if meaning == 'gravity_excluded':
+        if run.law_record is None:
+            raise InputError(f'{run.name}: gravity is of an arm; give it: --arm NAME')
+        arm = run.law_record.arm
+        effort = states.effort + gravity_torque(states.q + arm.angle_offset, arm)
+        run = replace(run, states=states._replace(effort=effort))
+    elif meaning == 'other_sign':
+        run = replace(run, states=states._replace(effort=-states.effort))
+    elif meaning == 'current':
+        unknown = np.full(states.effort.shape, np.nan)
+        run = replace(run, states=states._replace(effort=unknown), current=states.effort)
+    elif meaning == 'target':
+        run = replace(run, follows_reference=False)
+    return replace(run, effort_meaning=meaning)

@@ -1,0 +1,294 @@
+"""The topic of each role: stated by the bag or the user, or found by type and content."""
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis.data.joint_names import prefixes_of, quoted, with_prefix
+from ur5_ros.analysis.data.node_records import json_field
+from ur5_ros.analysis.data.options import ReadingOptions
+from ur5_ros.bag.arrays.columns import KINDS
+from ur5_ros.bag.reader import Bag
+from ur5_ros.cdr.codec import decode, definitions_of
+from ur5_ros.config.topics import (
+    CONTROL_TOPICS,
+    ROBOT_TOPICS,
+    SIM_TOPICS,
+    WORLD_TOPICS,
+    by_role,
+)
+from ur5_ros.errors import BagError, InputError
+from ur5_ros.signals import JOINT_NAMES
+
+_JOINT_STATE = 'sensor_msgs/msg/JointState'
+
+
+#: Parts of a recorded torque, in the order of its columns.
+PART_NAMES = ('total', 'inertial', 'feedback', 'coriolis', 'gravity')
+
+#: Roles that are read -> fields that the messages must fill.
+ROLE_FIELDS: dict[str, tuple[str, ...]] = {
+    'joint_states': ('position',), 'joint_command': ('effort',),
+    'ground_truth': ('position', 'velocity'), 'torque_parts': ('effort',),
+    'reference': ('positions',), 'events': (), 'contact_effort': ('effort',), 'contacts': (),
+    'objects': (), 'motor_current': ('effort',)}
+
+#: Roles that are no numbers by joint.
+_RAW = ('events', 'contacts', 'objects')
+
+_DECLARED = by_role((*SIM_TOPICS, *WORLD_TOPICS, *CONTROL_TOPICS, *ROBOT_TOPICS))
+_TYPES = {role: _DECLARED[role].type for role in ROLE_FIELDS}
+#: How the name of a topic ends in bags that do not state its role.
+_ENDINGS = {role: _DECLARED[role].name.removeprefix('~') for role in ROLE_FIELDS}
+
+#: Messages that are decoded to learn what a topic holds.
+SAMPLE = 400
+
+
+class FoundTopic(NamedTuple):
+    """The topic of a role and the columns to read of it."""
+
+    name: str
+    columns: list[str] | None
+
+
+class _Form(NamedTuple):
+    """The form of a message: its names and the fields that are filled."""
+
+    names: tuple[str, ...]
+    fields: frozenset[str]
+
+
+def find_topics(
+    bag: Bag, prefix: str | None, options: ReadingOptions, remarks: list[str],
+) -> dict[str, FoundTopic]:
+    """
+    Return role -> topic; ``remarks`` receives a sentence about each choice and each omission.
+
+    Parameters
+    ----------
+    bag : Bag
+        The bag.
+    prefix : str or None
+        Prefix of the joint names that the bag states.
+    options : ReadingOptions
+        Statements of the user; these come first.
+    remarks : list of str
+        Grows.
+
+    Raises
+    ------
+    InputError
+        If a stated topic is of another type or does not exist, or no topic holds the joints.
+
+    """
+    stated = json_field(bag, 'topics', {})
+    if not isinstance(stated, dict):
+        raise InputError(f'{bag.path}: its description names no topics; it is damaged')
+    found: dict[str, FoundTopic] = {}
+    if bag.description.get('node') and not options.topics and options.joint_prefix is None:
+        for role, expected in _TYPES.items():
+            name = stated.get(role)
+            if isinstance(name, str) and name in bag.topics:
+                if bag.topics[name] != expected:
+                    raise InputError(f'{bag.path}: topic {name} is {bag.topics[name]}, not '
+                                     f'{expected}')
+                found[role] = FoundTopic(name, _columns(role, prefix or ''))
+        return found
+    return _Search(bag, stated, options, remarks).all_roles()
+
+
+def _columns(role: str, prefix: str) -> list[str] | None:
+    """Return the names of the columns of a role."""
+    joints = with_prefix(prefix)
+    if role in _RAW:
+        return None
+    if role == 'torque_parts':
+        return [f'{part}/{joint}' for part in PART_NAMES for joint in joints]
+    return joints
+
+
+class _Search:
+    """The topics of one bag that does not state their roles, or whose user states others."""
+
+    def __init__(self, bag: Bag, stated: Mapping[str, object], options: ReadingOptions,
+                 remarks: list[str]) -> None:
+        self._bag, self._options, self._remarks = bag, options, remarks
+        self._chosen = {role: str(name) for role, name in stated.items()
+                        if role in ROLE_FIELDS and name in bag.topics} | dict(options.topics)
+        self._forms: dict[str, Counter[_Form]] = {}
+
+    def all_roles(self) -> dict[str, FoundTopic]:
+        """Return role -> topic."""
+        states = self._states_topic()
+        prefix = self._prefix(states)
+        found = {'joint_states': FoundTopic(states, _columns('joint_states', prefix))}
+        for role in ROLE_FIELDS:
+            topic = None if role == 'joint_states' else self._other(role, prefix, states)
+            if topic is not None:
+                found[role] = FoundTopic(topic, _columns(role, prefix))
+        return found
+
+    def forms(self, topic: str, type_name: str) -> Counter[_Form]:
+        """Return the forms of a sample of the messages of a topic, with their counts."""
+        if topic not in self._forms:
+            self._forms[topic] = Counter(self._sample(topic, type_name))
+        return self._forms[topic]
+
+    def _sample(self, topic: str, type_name: str) -> list[_Form]:
+        bag, kind = self._bag, KINDS[type_name]
+        definitions = bag.definitions(topic) if bag.topics[topic] else definitions_of(type_name)
+        raw = bag.columns(topic)
+        count = len(raw.log_time)
+        lengths, first = np.unique(np.diff(raw.offsets), return_index=True)
+        rows = np.unique(np.concatenate([first, np.linspace(0, count - 1, min(count, SAMPLE))
+                                         .astype(int)])) if count else first
+        found = []
+        for row in rows.tolist():
+            data = raw.data[raw.offsets[row]:raw.offsets[row + 1]].tobytes()
+            try:
+                message = decode(type_name, data, definitions)
+            except BagError:
+                continue
+            values = kind.values(message)
+            filled = {field for field in kind.fields
+                      if len(values.get(field, ())) and np.isfinite(values[field]).any()}
+            found.append(_Form(tuple(kind.names(message)), frozenset(filled)))
+        return found
+
+    def _of_type(self, role: str) -> list[str]:
+        """Return the topics of the role's type; one without a type by its name and content."""
+        expected = _TYPES[role]
+        found = []
+        for topic, type_name in list(self._bag.topics.items()):
+            if type_name == expected:
+                found.append(topic)
+            elif not type_name and expected in KINDS and (
+                    topic.endswith(_ENDINGS[role]) or topic in self._chosen.values()) and (
+                    self.forms(topic, expected)):
+                self._bag.declare(topic, expected)
+                self._remarks.append(f'{topic}: the file does not state its type; its messages '
+                                     f'are read as {expected}')
+                found.append(topic)
+        return found
+
+    def _stated_topic(self, role: str) -> str | None:
+        """Return the topic that the bag or the user states for a role, checked."""
+        topic, bag = self._chosen.get(role), self._bag
+        if topic is None:
+            return None
+        if topic not in bag.topics:
+            raise InputError(f'{bag.path}: no topic {topic} for {role}; there are: '
+                             f'{", ".join(sorted(bag.topics)) or "none"}')
+        if topic not in self._of_type(role):
+            raise InputError(f'{bag.path}: topic {topic} is {bag.topics[topic] or "of no type"}, '
+                             f'not {_TYPES[role]}; give another one: --topic {role}=NAME')
+        return topic
+
+    def _states_topic(self) -> str:
+        """Return the topic whose messages hold the six joints."""
+        topic = self._stated_topic('joint_states')
+        if topic is not None:
+            return topic
+        candidates = {}
+        for topic in self._of_type('joint_states'):
+            holding = [(form, count) for form, count in self.forms(topic, _JOINT_STATE).items()
+                       if 'position' in form.fields and prefixes_of(form.names)]
+            if holding:
+                filled = frozenset().union(*(form.fields for form, _ in holding))
+                ending = topic.endswith(_ENDINGS['joint_states'])
+                candidates[topic] = (ending, len(filled), sum(count for _, count in holding))
+        if not candidates:
+            raise InputError(self._no_joints())
+        best = max(candidates, key=lambda topic: (candidates[topic], topic))
+        if len(candidates) > 1:
+            others = ', '.join(sorted(set(candidates) - {best}))
+            self._remarks.append(f'the joint states are those of {best}; the six joints are also '
+                                 f'on {others}: choose with --topic joint_states=NAME')
+        return best
+
+    def _no_joints(self) -> str:
+        """Return why there are no joint states, with what there is instead."""
+        bag = self._bag
+        topics = self._of_type('joint_states')
+        if not topics:
+            unread = [problem for topic, type_name in bag.topics.items()
+                      if topic.endswith(_ENDINGS['joint_states'])
+                      for problem in _unreadable(bag, topic)]
+            if unread:
+                return f'{bag.path}: {unread[0]}'
+            listed = ', '.join(f'{topic} ({type_name or "no type"})'
+                               for topic, type_name in sorted(bag.topics.items())[:8])
+            return (f'{bag.path}: no joint states in it: no topic is {_JOINT_STATE}; there are: '
+                    f'{listed or "no topics"}')
+        for topic in topics:
+            if any(prefixes_of(form.names) for form in self.forms(topic, _JOINT_STATE)):
+                return f'{bag.path}: the joint states on {topic} have no position; it is needed'
+        topic = topics[0]
+        names = [form.names for form in self.forms(topic, _JOINT_STATE) if form.names]
+        shown = ', '.join(names[0][:7]) if names else '-'
+        return (f'{bag.path}: {topic} names the joints {shown}; '
+                f'wanted are {", ".join(JOINT_NAMES)}, with a common prefix or none')
+
+    def _prefix(self, topic: str) -> str:
+        """Return the prefix of the joint names on a topic."""
+        counts: Counter[str] = Counter()
+        for form, count in self.forms(topic, _JOINT_STATE).items():
+            for prefix in prefixes_of(form.names):
+                counts[prefix] += count
+        wanted = self._options.joint_prefix
+        if wanted is not None:
+            if wanted not in counts:
+                raise InputError(f'{self._bag.path}: no joints with the prefix {wanted!r} on '
+                                 f'{topic}; the prefixes there are: {quoted(counts) or "none"}')
+            return wanted
+        if not counts:
+            raise InputError(self._no_joints())
+        if len(counts) > 1:
+            best = next(iter(counts))
+            self._remarks.append(
+                f'{topic} holds {len(counts)} arms, with the prefixes {quoted(counts)}; the one '
+                f'with {best!r} was taken: choose with --joint-prefix')
+            return best
+        return next(iter(counts))
+
+    def _other(self, role: str, prefix: str, states: str) -> str | None:
+        """Return the topic of a role beside the joint states, None where there is none."""
+        topic = self._stated_topic(role)
+        if topic is not None and role in self._options.topics:
+            if role not in _RAW and not self._holds(topic, role, prefix):
+                raise InputError(f'{self._bag.path}: no message on {topic} has '
+                                 f'{" and ".join(ROLE_FIELDS[role])} of the six joints; give '
+                                 f'another one: --topic {role}=NAME')
+            return topic
+        ending = _ENDINGS[role]
+        named = [each for each in sorted(self._bag.topics, key=len)
+                 if each.endswith(ending) and each != states]
+        typed = self._of_type(role)
+        for topic in named:
+            if topic not in typed:
+                kind = self._bag.topics[topic] or 'of no type'
+                self._remarks.append(f'{topic} is {kind}, so it is not {role}')
+            elif role in _RAW or self._holds(topic, role, prefix):
+                return topic
+            else:
+                self._remarks.append(f'{topic} holds no {" and ".join(ROLE_FIELDS[role])} of the '
+                                     f'six joints, so it is not {role}')
+        return None
+
+    def _holds(self, topic: str, role: str, prefix: str) -> bool:
+        """Return whether messages of a topic hold the columns of a role, filled."""
+        wanted, fields = set(_columns(role, prefix) or ()), set(ROLE_FIELDS[role])
+        return any(wanted <= set(form.names) and fields <= form.fields
+                   for form in self.forms(topic, _TYPES[role]))
+
+
+def _unreadable(bag: Bag, topic: str) -> list[str]:
+    """Return why messages of a topic cannot be read, if that is so."""
+    try:
+        bag.definitions(topic)
+    except BagError as problem:
+        return [str(problem)]
+    return []

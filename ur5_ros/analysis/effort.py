@@ -1,0 +1,211 @@
+"""What a recorded effort means: hypotheses with figures, and the known arms that fit it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.residual_blocks import SampleBlocks, sample_blocks
+from ur5_ros.config import list_arms, load_arm
+from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
+from ur5_ros.model.parameters import ArmParameters
+
+#: Another meaning must leave at most this share of what joint torque leaves.
+CLEARLY_BETTER = 0.5
+
+#: A factor between current and torque is at least this far from 1 (or below its inverse).
+LEAST_FACTOR = 2.0
+
+#: A joint whose effort is below this share of the largest one does not decide.
+SMALL_SHARE = 0.02
+
+#: Relative spread below which an effort is constant, and above which the motion is not at rest.
+CONSTANT, VARYING = 1e-3, 0.02
+
+#: Meaning -> what it is, in words.
+WORDS = {
+    'total': 'joint torque',
+    'gravity_excluded': 'joint torque without gravity',
+    'target': "gravity alone: a controller's target torque for a reference at rest",
+    'current': 'motor current',
+    'other_sign': 'joint torque with the other sign',
+    'constant': 'constant: no measurement',
+}
+
+
+class Hypothesis(NamedTuple):
+    """One meaning of the effort and how well it fits."""
+
+    meaning: str
+    """``total``, ``gravity_excluded``, ``target``, ``current``, ``other_sign``, ``constant``."""
+    misfit: float
+    """Effort left unexplained, RMS relative to each joint's effort."""
+    factors: tuple[float, ...] = ()
+    """Torque of a unit of effort [N m/A] per joint, for ``current``; NaN where unknown."""
+
+
+class ArmFit(NamedTuple):
+    """How well a known arm fits the recorded torques."""
+
+    name: str
+    rms: float
+    """Torque left unexplained, RMS of the worst joint [N m]."""
+    misfit: float
+    """The same relative to each joint's effort."""
+
+
+def effort_hypotheses(run: Run, arm: ArmParameters) -> list[Hypothesis]:
+    """
+    Return the meanings that the effort can have, best first; empty where it is not recorded.
+
+    Friction, viscous and Coulomb, is fitted to each joint beside every meaning.
+
+    """
+    samples = sample_blocks(run, arm)
+    if samples is None:
+        return []
+    actual = samples
+    if run.follows_reference:  # a reference at rest: the arm may move all the same
+        actual = sample_blocks(replace(run, follows_reference=False), arm) or samples
+    effort = samples.effort.mean(axis=1)
+    torque = _torque(samples, arm)
+    gravity = gravity_torque(samples.q, arm).mean(axis=1)
+    found = [Hypothesis('total', _misfit(effort, torque, samples)),
+             Hypothesis('gravity_excluded', _misfit(effort, torque - gravity, samples)),
+             Hypothesis('target', _misfit(actual.effort.mean(axis=1), gravity_torque(
+                 actual.q, arm).mean(axis=1), actual)),
+             Hypothesis('other_sign', _misfit(effort, -torque, samples)),
+             _current(effort, torque, samples)]
+    if _is_constant(effort) and not _is_constant(torque, VARYING):
+        found.append(Hypothesis('constant', 0.0))
+    return sorted(found, key=lambda each: each.misfit)
+
+
+def best_meaning(found: Sequence[Hypothesis], limit: float) -> Hypothesis:
+    """Return the meaning that holds: joint torque unless another one is clearly better."""
+    total = next(each for each in found if each.meaning == 'total')
+    if total.misfit <= 0.5 * limit:
+        return total
+    for each in found:
+        better = each.misfit <= min(limit, CLEARLY_BETTER * total.misfit)
+        if each.meaning == 'constant' or (better and each.meaning != 'current'):
+            return each
+        if better and _is_plausible_current(each):
+            return each
+    return total
+
+
+def fitting_arms(run: Run) -> list[ArmFit]:
+    """Return the known arms by how well they fit the recorded torques, best first."""
+    found = []
+    for name, arm in known_arms().items():
+        samples = sample_blocks(run, arm)
+        if samples is None:
+            return []
+        effort, torque = samples.effort.mean(axis=1), _torque(samples, arm)
+        left = _left(effort, torque, samples)
+        found.append(ArmFit(name, float(np.sqrt(np.mean(left**2, axis=0)).max()),
+                            _misfit(effort, torque, samples)))
+    return sorted(found, key=lambda fit: (fit.rms, fit.name))
+
+
+@cache
+def known_arms() -> dict[str, ArmParameters]:
+    """Return the arms of config/arms, by name."""
+    return {name: load_arm(name) for name in list_arms()}
+
+
+def drive_factors(
+    run: Run, arm: ArmParameters,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """
+    Return the torque of a unit of motor current per joint [N m/A], and effort and its model.
+
+    The latter two are block means [A], shape (b, 6); None where too few states have a current.
+
+    """
+    if run.current is None:
+        return None
+    states = run.states._replace(effort=run.current)
+    samples = sample_blocks(replace(run, states=states, truth=None, follows_reference=False), arm)
+    if samples is None:
+        return None
+    effort, torque = samples.effort.mean(axis=1), _torque(samples, arm)
+    factors, model = _fit_current(effort, torque, samples)
+    return factors, effort, model
+
+
+def _torque(samples: SampleBlocks, arm: ArmParameters) -> np.ndarray:
+    """Return the block means of the inverse dynamics of an arm, shape (b, 6)."""
+    return inverse_dynamics(samples.q, samples.qd, samples.qdd, arm).mean(axis=1)
+
+
+def _friction_columns(samples: SampleBlocks) -> np.ndarray:
+    """Return the block means of qd and sign(qd), shape (b, 6, 2); zero where a joint rests."""
+    qd = samples.qd_next
+    moving = np.where(np.abs(qd) > 1e-3, qd, 0.0)
+    return np.stack([moving.mean(axis=1), np.sign(moving).mean(axis=1)], axis=-1)
+
+
+def _left(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks) -> np.ndarray:
+    """Return the effort less a torque and less friction that opposes the motion, (b, 6)."""
+    left, columns = effort - torque, _friction_columns(samples)
+    for joint in range(6):
+        x = columns[:, joint]
+        if np.abs(x).max() > 0.0:
+            value, *_ = np.linalg.lstsq(x, left[:, joint], rcond=None)
+            left[:, joint] -= x @ np.maximum(value, 0.0)
+    return left
+
+
+def _relative(left: np.ndarray, effort: np.ndarray) -> float:
+    """Return the RMS of what is left, relative to each joint's effort."""
+    scale = np.sqrt(np.mean(effort**2, axis=0))
+    scale = np.maximum(scale, max(SMALL_SHARE * float(scale.max()), 1e-12))
+    return float(np.sqrt(np.mean((left / scale)**2)))
+
+
+def _misfit(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks) -> float:
+    return _relative(_left(effort, torque, samples), effort)
+
+
+def _fit_current(effort, torque, samples: SampleBlocks) -> tuple[np.ndarray, np.ndarray]:
+    """Return the factor of each joint [N m/A] and the effort of the fit, shape (b, 6)."""
+    columns, factors, model = _friction_columns(samples), np.full(6, np.nan), np.zeros_like(effort)
+    large = _matters(effort)
+    for joint in range(6):
+        x = np.column_stack([torque[:, joint], columns[:, joint]])
+        if not np.abs(x[:, 1:]).max() > 0.0:
+            x = x[:, :1]
+        value, *_ = np.linalg.lstsq(x, effort[:, joint], rcond=None)
+        model[:, joint] = x @ value
+        if large[joint] and value[0]:
+            factors[joint] = 1.0 / value[0]
+    return factors, model
+
+
+def _matters(effort: np.ndarray) -> np.ndarray:
+    """Return which joints have an effort that decides, shape (6,)."""
+    scale = np.sqrt(np.mean(effort**2, axis=0))
+    return scale > SMALL_SHARE * scale.max()
+
+
+def _current(effort, torque, samples: SampleBlocks) -> Hypothesis:
+    factors, model = _fit_current(effort, torque, samples)
+    return Hypothesis('current', _relative(effort - model, effort), tuple(factors.tolist()))
+
+
+def _is_plausible_current(found: Hypothesis) -> bool:
+    """Return whether every known factor is positive and far from 1."""
+    factors = np.array(found.factors)
+    factors = factors[np.isfinite(factors)]
+    return bool(len(factors) and (factors > 0.0).all()
+                and np.median(np.abs(np.log(factors))) > np.log(LEAST_FACTOR))
+
+
+def _is_constant(values: np.ndarray, share: float = CONSTANT) -> bool:
+    spread, size = np.std(values, axis=0).max(), np.abs(values).max()
+    return bool(spread <= share * size)
