@@ -113,7 +113,7 @@ class Ros:
             'ROS_DOMAIN_ID': str(free_domain()), 'ROS_LOG_DIR': str(folder / 'ros_log')}
         self.environment.pop('UR5_ROS_CORE', None)
         self.domain = int(self.environment['ROS_DOMAIN_ID'])
-        self._processes: list[Process] = []
+        self.processes: list[Process] = []
         self._observers: list[Observer] = []
 
     def start(
@@ -146,9 +146,9 @@ class Ros:
 
     def run(self, command: list[str], environment: Mapping[str, str] | None = None) -> Process:
         """Start any program in this domain."""
-        log = self.folder / f'process_{len(self._processes)}.log'
+        log = self.folder / f'process_{len(self.processes)}.log'
         process = Process(command, self.folder, log, self.environment | dict(environment or {}))
-        self._processes.append(process)
+        self.processes.append(process)
         return process
 
     def observer(self, name: str = 'observer') -> 'Observer':
@@ -167,7 +167,7 @@ class Ros:
         """End everything."""
         for observer in self._observers:
             observer.close()
-        for process in self._processes:
+        for process in self.processes:
             process.kill()
 
 

@@ -239,3 +239,8 @@ def encode_string(text: str) -> bytes:
     """Return std_msgs/String as CDR bytes."""
     data = text.encode() + b'\0'
     return LITTLE_ENDIAN + len(data).to_bytes(4, 'little') + data
+
+
+def encode_number(number: float) -> bytes:
+    """Return std_msgs/Float64 as CDR bytes."""
+    return LITTLE_ENDIAN + Struct('<d').pack(number)

@@ -37,6 +37,7 @@ DEFINITIONS = {
         'std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n'
         'float64[] effort\n',
     'std_msgs/msg/ColorRGBA': 'float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n',
+    'std_msgs/msg/Float64': 'float64 data\n',
     'std_msgs/msg/Float64MultiArray': 'std_msgs/MultiArrayLayout layout\nfloat64[] data\n',
     'std_msgs/msg/Header': 'builtin_interfaces/Time stamp\nstring frame_id\n',
     'std_msgs/msg/MultiArrayDimension': 'string label\nuint32 size\nuint32 stride\n',

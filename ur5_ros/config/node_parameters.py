@@ -107,6 +107,7 @@ class ControlParameters(NodeParameters):
 
     declared = CONTROL_PARAMETERS
 
+    control_rate: int
     mode: str
     kp: list[float]
     kd: list[float]

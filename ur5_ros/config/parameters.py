@@ -113,6 +113,8 @@ CONTROL_PARAMETERS = (
     Parameter('arm', 'ur5', "The law's arm: a name of config/arms or a YAML file; another one "
               "than the simulator's is the robustness experiment."),
     *_SHARED,
+    Parameter('control_rate', 0, 'States a second [Hz], for a robot that does not report it; 0 = '
+              'as the simulator reports, or as many stamps agree.', 0, 10000),
     Parameter('mode', 'computed_torque', 'The law.',
               choices=('computed_torque', 'gravity_pd', 'pd', 'impedance', 'cartesian_impedance'),
               live=True),

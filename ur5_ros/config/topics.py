@@ -48,7 +48,8 @@ class Topic(NamedTuple):
 
 
 _JOINTS, _STATUS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
-_TEXT, _POSE = 'std_msgs/msg/String', 'geometry_msgs/msg/PoseStamped'
+_TEXT, _NUMBER = 'std_msgs/msg/String', 'std_msgs/msg/Float64'
+_POSE = 'geometry_msgs/msg/PoseStamped'
 _TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 
 SIM_NODE, CONTROL_NODE = 'ur5_sim', 'ur5_control'
@@ -64,6 +65,8 @@ SIM_TOPICS = (
     Topic('diagnostics', '/diagnostics', _STATUS, True, '',
           '1 Hz; counts of everything refused'),
     Topic('run', '~/run', _TEXT, True, '', 'the name of the run', LATCHED),
+    Topic('control_rate', '~/control_rate', _NUMBER, True, 'Hz', 'control periods a second',
+          LATCHED),
     Topic('robot_description', 'robot_description', _TEXT, True, '',
           'the URDF that the simulator loads', LATCHED),
     Topic('joint_command', 'joint_command', _JOINTS, False, 'N m',
@@ -118,6 +121,8 @@ CONTROL_TOPICS = (
           'cartesian_impedance', QUEUED),
     Topic('joint_states', 'joint_states', _JOINTS, False, 'rad, rad/s, N m', 'the robot', HOT),
     Topic('run', f'{SIM_NODE}/run', _TEXT, False, '', 'the name of the run', LATCHED),
+    Topic('control_rate', f'{SIM_NODE}/control_rate', _NUMBER, False, 'Hz',
+          'control periods a second', LATCHED),
 )
 
 #: What a real robot's log is imported as, beside what ur5_control publishes.

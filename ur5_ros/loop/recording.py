@@ -18,6 +18,7 @@ from ur5_ros.cdr.fixed_messages import (
     FixedPose,
     FixedTrajectoryPoint,
     encode_clock,
+    encode_number,
     encode_string,
 )
 from ur5_ros.config import arm_text
@@ -101,8 +102,9 @@ class _Bags:
                          self._command, () if world.empty else WORLD_TOPICS)
         self._control = _Bag('control', name, folder, plan.control, self._arm.name,
                              self._state, self._command)
-        self._sim.write('run', encode_string(name))
-        self._control.write('run', encode_string(name))
+        for bag in (self._sim, self._control):
+            bag.write('control_rate', encode_number(plan.sim.control_rate))
+            bag.write('run', encode_string(name))
         self._sim.write('robot_description', encode_string(
             urdf_text(sim_arm, prefix, world=world)))
 

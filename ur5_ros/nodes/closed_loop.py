@@ -8,13 +8,10 @@ from ur5_ros.nodes.ros.start import begin_start
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run both nodes; ``arguments`` is the command line, program name first."""
-    begin_start()
+    stop = begin_start()
     require_environment(arguments)
     from ur5_ros.nodes.composition import ComposedNodes
     from ur5_ros.nodes.ros.process import run_node
-    from ur5_ros.nodes.ros.shutdown import StopRequest
-    stop = StopRequest()
-    stop.listen()
     run_node(ComposedNodes, stop, arguments)
 
 

@@ -45,6 +45,7 @@ class ComposedNodes:
         # the controller first: it opens no bag before the simulator has named the run
         self._control = ControlNode([], stop, self._loop, given & _NAMES[SIM_NODE])
         self._sim = SimNode([], stop, self._loop, given & _NAMES[CONTROL_NODE])
+        self._control.cycle.take_rate(self._sim.parameters.control_rate)
 
     def begin(self) -> None:
         """Send state 1."""

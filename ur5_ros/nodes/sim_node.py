@@ -8,13 +8,10 @@ from ur5_ros.nodes.ros.start import begin_start
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the node; ``arguments`` is the command line, program name first."""
-    begin_start()
+    stop = begin_start()
     require_environment(arguments)
     from ur5_ros.nodes.ros.process import run_node
-    from ur5_ros.nodes.ros.shutdown import StopRequest
     from ur5_ros.nodes.sim.node import SimNode
-    stop = StopRequest()
-    stop.listen()
     run_node(SimNode, stop, arguments)
 
 

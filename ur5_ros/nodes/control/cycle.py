@@ -7,6 +7,7 @@ from typing import Any
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.diagnostics import ERROR, OK, STALE, WARN
 from ur5_ros.config.node_parameters import ControlParameters
+from ur5_ros.control.control_rate import ControlRate
 from ur5_ros.control.controller import Controller, ControlOutput
 from ur5_ros.control.settings import DEFAULT_RATE
 from ur5_ros.errors import InputError
@@ -15,10 +16,12 @@ from ur5_ros.model.rotations import position_and_quaternion
 from ur5_ros.nodes.control.topics import ControlOutputs
 from ur5_ros.nodes.ros.messages import StateReader
 from ur5_ros.nodes.ros.recording import Recording
-from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
+from ur5_ros.signals import JOINT_NAMES, ArmState
 
 #: A robot whose last state came within this wall time has not started again [s].
 STATE_TIMEOUT = 0.3
+#: States wait this wall time for the control rate; later ones are answered by a hold [s].
+RATE_TIMEOUT = 0.5
 
 
 class ControlCycle:
@@ -58,8 +61,11 @@ class ControlCycle:
         self._reader = StateReader([parameters.tf_prefix + name for name in JOINT_NAMES])
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
-        self._rate: int | None = None
-        self._planned_rate = DEFAULT_RATE
+        self._rate = ControlRate(parameters.control_rate)
+        self._controller_rate: int | None = self._rate.value or DEFAULT_RATE
+        self._awaits_rate = True
+        self._reported_after = -1
+        self._autostart = parameters.autostart
         rate = parameters.monitor_rate
         self._monitor_period = round(1e9 / rate) if rate else 0
         self._monitored = -1
@@ -91,8 +97,8 @@ class ControlCycle:
         state = self._reader.read(data)
         if state.stamp < self.stamp:
             self._go_back(state.stamp)
-        if self._rate is None:
-            self._find_rate(state.stamp)
+        if self._awaits_rate and not self._may_answer(state.stamp):
+            return
         answer = self.controller.update(state)
         self._outputs.answer(state.stamp, answer.parts, answer.reference)
         self._last, self.stamp = data, state.stamp
@@ -105,16 +111,21 @@ class ControlCycle:
 
     def _go_back(self, stamp: int) -> None:
         """Take a clock that went back for a robot that started again, unless the old one lives."""
-        if time.monotonic() - self._last_at < STATE_TIMEOUT:
+        if self.alive:
             raise InputError(f'stamp {stamp} ns is before {self.stamp} ns, just answered; '
                              'keep one robot on this topic')
         self._on_restart()
 
+    @property
+    def alive(self) -> bool:
+        """Whether a state was answered a moment ago: its robot has not started again since."""
+        return time.monotonic() - self._last_at < STATE_TIMEOUT
+
     def begin_run(self) -> None:
         """Forget the run before: the next state is a first one."""
-        self.controller = Controller(
-            self.controller.arm, self.controller.parameters, self._planned_rate)
-        self._rate = None
+        self._rate.begin_run(keep_report=self._reported_after == self.stamp)
+        self._awaits_rate, self._reported_after = True, -1
+        self._make_controller(self._rate.value or self._controller_rate or DEFAULT_RATE)
         self.stamp = 0
         self._last = b''
         self.hash = PayloadHash(self._reader.layout)
@@ -144,16 +155,36 @@ class ControlCycle:
         level = {'waiting for states': STALE, 'refused': WARN, 'stopped by a limit': ERROR}
         return level.get(word, OK), word, values
 
-    def _find_rate(self, stamp: int) -> None:
-        """Take the rate from state 1, whose stamp is one period; plan again if it differs."""
+    def take_rate(self, rate: float) -> None:
+        """Take the control rate that the simulator reports [Hz]; InputError if it can be none."""
+        if rate != self._rate.value and not self._awaits_rate and self.alive:
+            return  # of a second simulator, or of one that has not begun yet
+        self._rate.report(rate)
+        self._reported_after = self.stamp
+        self._awaits_rate = self._awaits_rate or self._rate.value != self._controller_rate
+
+    def _may_answer(self, stamp: int) -> bool:
+        """Return whether the rate is known, or was awaited long enough: the arm is then held."""
         self.first_at = self.first_at or time.monotonic()
-        rate = round(1e9 / stamp) if stamp > 0 else 0
-        if not 1 <= rate <= 10_000 or stamp_of_period(1, rate) != stamp:
-            return
-        self._rate = rate
-        if rate != self._planned_rate:
-            self._planned_rate = rate
-            self.controller = Controller(self.controller.arm, self.controller.parameters, rate)
+        self._rate.observe(stamp)
+        rate = self._rate.value
+        if rate is None and time.monotonic() - self.first_at < RATE_TIMEOUT:
+            return False
+        if rate != self._controller_rate:
+            self._make_controller(rate)
+            self._logger.info(f'{rate} states a second, by the {self._rate.source}' if rate else
+                              'nothing reports the control rate: the arm is held until stamps '
+                              'agree; or give control_rate')
+        self._awaits_rate = rate is None
+        return True
+
+    def _make_controller(self, rate: int | None) -> None:
+        """Begin with a controller for a rate [Hz]; without one it only holds the arm."""
+        before = self.controller
+        parameters = before.parameters.replaced(
+            {'autostart': self._autostart and rate is not None})
+        self.controller = Controller(before.arm, parameters, rate)
+        self._controller_rate = rate
 
     def _monitor(self, state: ArmState, answer: ControlOutput) -> None:
         arm = self.controller.arm

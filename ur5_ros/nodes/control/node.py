@@ -33,6 +33,8 @@ from ur5_ros.nodes.ros.topics import Topics, incompatible_publishers, make_loop
 
 #: Longest wait before signals, services and the watchdog are looked at [s].
 POLL_PERIOD = 0.05
+#: A simulator names its run every second; after this wall time the run is over [s].
+NAME_TIMEOUT = 2.5
 #: Wall time after the first state in which a run may still be named [s].
 NAMING_TIME = 5.0
 
@@ -61,8 +63,9 @@ class ControlNode:
         self.parameters = declare(self.node, ControlParameters, elsewhere)
         refuse_folder(self.parameters.bag)
         self._logger = self.node.get_logger()
-        with compiling(self._logger, stop):  # and planning, before anything is subscribed to
-            controller = controller_from_parameters(self.parameters)
+        with compiling(self._logger):  # and planning, before anything is subscribed to
+            controller = controller_from_parameters(
+                self.parameters, self.parameters.control_rate or None)
         self.recording = Recording(
             self.parameters.bag, 'control', self.parameters.max_bagfile_duration,
             self.parameters.max_bagfile_size)
@@ -78,13 +81,15 @@ class ControlNode:
             self._begin_run)
         self.inputs = ControlInputs(topics, self.recording, self.cycle, self.parameters)
         self._subscriptions: dict[int, tuple[str, int, Any]] = dict(self.inputs.subscriptions)
-        for role, take in (('joint_states', self.cycle.take), ('run', self._take_run)):
+        for role, take in (('joint_states', self.cycle.take), ('run', self._take_run),
+                           ('control_rate', self._take_rate)):
             number, record = topics.subscribe(role)
             self._subscriptions[number] = (topics.names[role], record, take)
-        self._run_name = ''
+        self._run_name, self._named_at = '', 0.0
         self._started_with = controller.parameters
         self._changes: list[dict[str, Any]] = []
         self._robots = 0
+        self._reported_rate = 0.0
         self._every_second = EverySecond()
         self._waiting_line = Throttle()
         offer_services(self.node, self)
@@ -126,14 +131,30 @@ class ControlNode:
 
     def _take_run(self, record: int, data: bytes) -> None:
         name = str(read_message('std_msgs/msg/String', data)['data'])
+        now = time.monotonic()
         if name == self._run_name:
+            self._named_at = now
             return
         if not name or len(name) > 200 or '/' in name or name.startswith('.'):
             raise InputError(f'{name[:60]!r} names no run; give a word that can name a folder')
+        if self._run_name and self.cycle.alive and now - self._named_at < NAME_TIMEOUT:
+            return  # of a second simulator, or of one that has not begun yet
+        self._named_at = now
         if self._run_name:
             self._begin_run()
         self._open_bag(name)
         self.recording.write(record, data)
+
+    def _take_rate(self, record: int, data: bytes) -> None:
+        rate = float(read_message('std_msgs/msg/Float64', data)['data'])
+        configured = self.parameters.control_rate
+        if configured and rate not in (configured, self._reported_rate):
+            self._logger.warning(f'control_rate is {configured} Hz, the simulator reports '
+                                 f'{rate:g} Hz, which is used')
+        self.cycle.take_rate(rate)
+        if rate != self._reported_rate:
+            self._reported_rate = rate
+            self.recording.write(record, data)
 
     def _begin_run(self) -> None:
         """Close the run, and let what comes wait for the name of the next."""

@@ -14,6 +14,7 @@ from ur5_ros.signals import ArmState, joint_order, joint_values
 #: Largest message that is decoded, by what it carries [bytes].
 MOST_BYTES = {
     'sensor_msgs/msg/JointState': 65_536,
+    'std_msgs/msg/Float64': 64,
     'std_msgs/msg/Float64MultiArray': 65_536,
     'std_msgs/msg/String': 65_536,
     'geometry_msgs/msg/WrenchStamped': 4_096,

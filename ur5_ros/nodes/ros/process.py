@@ -94,14 +94,12 @@ def fault(logger: Any, error: Exception) -> str:
 
 
 @contextmanager
-def compiling(logger: Any, stop: StopRequest) -> Iterator[None]:
-    """Log that kernels are compiled, and how long it took; a signal ends it between two."""
+def compiling(logger: Any) -> Iterator[None]:
+    """Log that kernels are compiled, and how long it took."""
     compiled: list[str] = []
     began = time.monotonic()
 
     def notice(name: str) -> None:
-        if stop.reason:
-            raise KeyboardInterrupt
         if not compiled:
             logger.info('compiling for this processor, once, for up to half a minute; '
                         'ur5 warm-up does it ahead')
@@ -134,7 +132,7 @@ def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest
                              '--ros-args -p name:=value or --ros-args --params-file file.yaml')
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         node = create(files, stop)
-    except (ExternalShutdownException, KeyboardInterrupt):
+    except ExternalShutdownException:
         return DONE
     except Exception as error:
         if type(error).__module__.startswith('rclpy'):
@@ -144,6 +142,7 @@ def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest
 
 
 def _turns(node: Any, stop: StopRequest) -> int:
+    stop.started()
     freeze_garbage()
     try:
         node.begin()

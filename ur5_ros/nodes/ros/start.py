@@ -3,18 +3,20 @@
 import gc
 import os
 
-from ur5_ros.nodes.ros.shutdown import hold_signals
+from ur5_ros.nodes.ros.shutdown import StopRequest
 
 
-def begin_start() -> None:
+def begin_start() -> StopRequest:
     """
-    Hold signals, put the garbage collector off and keep BLAS to one thread.
+    Listen to signals, put the garbage collector off and keep BLAS to one thread.
 
     The imports take longer than an impatient user waits, and their objects stay: looking through
     them for garbage takes a sixth of the start and finds none.  Matrices of six rows gain nothing
     from threads, which wait for work by spinning; a user's own choice counts.
 
     """
-    hold_signals()
+    stop = StopRequest()
+    stop.listen()
     gc.disable()
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+    return stop

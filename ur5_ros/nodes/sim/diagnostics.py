@@ -46,7 +46,8 @@ def counters(sim: Any) -> dict[str, Any]:
 
 
 def report(sim: Any) -> None:
-    """Send the diagnostics."""
+    """Send the diagnostics, and once more what a controller that has joined must know."""
+    sim.outputs.introduce_again()
     plant, gate, recording = sim.simulation.plant, sim.gate, sim.recording
     level, word = OK, 'running'
     if recording.failure:

@@ -119,7 +119,7 @@ class SimInputs:
     def _taken(self, stamp: int, names: Any, effort: Any, data: bytes = b'') -> None:
         self.last_was_stamped = stamp != 0
         if self.hash.count == 0:
-            self._simulation.outputs.run_again()
+            self._simulation.outputs.introduce_again()
         if names is None and len(data) == self._reader.layout.size:
             self.hash.add(data)  # laid out as what is hashed
             return

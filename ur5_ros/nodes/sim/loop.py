@@ -67,6 +67,7 @@ class SimLoop:
             gate.published(simulation.plant.k)
             self._inputs.answer_step()
         elif decision.resend or (not received and self._answer_may_be_lost()):
+            simulation.outputs.introduce_again()
             simulation.outputs.state_again()
         self._wait = self._time_to_wait(decision)
         simulation.send_events(gate)

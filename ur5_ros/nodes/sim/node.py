@@ -78,6 +78,7 @@ class SimNode:
         self.steps = StepQueue(self.node, self._loop)
         self.inputs = SimInputs(self._loop, topics, self.recording, self.simulation, self.gate,
                                 self.steps, parameters)
+        stop.started()  # from here on there is a bag to close
         self.recording.begin(self.run_name, describe(
             'sim', self.run_name, plant.arm.name, arm_text(parameters.arm), parameters.by_name(),
             topics.names, fingerprint(), world_text(parameters.world)))

@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.diagnostics import status_array
-from ur5_ros.cdr.fixed_messages import FixedJointState, encode_stamp, encode_string
+from ur5_ros.cdr.fixed_messages import FixedJointState, encode_number, encode_stamp, encode_string
 from ur5_ros.cdr.layout import LITTLE_ENDIAN
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.topics import WORLD_TOPICS
@@ -56,6 +56,8 @@ class SimOutputs:
         self._send_event = topics.sender('events')
         self._send_diagnostics = topics.sender('diagnostics')
         self._publish_run, self._run_id = topics.publisher('run')
+        self._publish_rate, self._rate_id = topics.publisher('control_rate')
+        self._rate = encode_number(parameters.control_rate)
         self._send_description = topics.sender('robot_description')
         self._contact: dict[str, Send] = {}
         if not plant.world.empty:
@@ -65,20 +67,22 @@ class SimOutputs:
         self._last_clock = b''
 
     def introduce(self, run: str, description: str) -> None:
-        """Send the run's name and the robot's description, also to subscribers that come later."""
+        """Send the rate, the run's name and the description, for those who join later too."""
         self._run = encode_string(run)
-        self._publish_run(self._run)
+        self.introduce_again()
+        self._recording.write(self._rate_id, self._rate)
         self._recording.write(self._run_id, self._run)
         self._send_description(encode_string(description))
 
-    def run_again(self) -> None:
+    def introduce_again(self) -> None:
         """
-        Send the run's name to a controller that has just come.
+        Send the rate and the run's name to a controller that may have joined.
 
-        What the middleware keeps for late comers it may deliver seconds later: a short run is over
-        by then.
+        What the middleware keeps for those who join late it may deliver seconds later: a short run
+        is over by then.
 
         """
+        self._publish_rate(self._rate)
         self._publish_run(self._run)
 
     def state(self, state: ArmState) -> None:

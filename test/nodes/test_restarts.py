@@ -1,0 +1,99 @@
+"""Either node is ended and started again, in any order: the other one goes on with it."""
+
+import os
+import random
+import signal
+import time
+
+import numpy as np
+import pytest
+from ros_processes import wait_until
+from sensor_msgs.msg import JointState
+
+from ur5_ros.bag.reader import open_bag
+
+#: Wall time from "ready" to the first command that answers the simulator in charge [s].
+LONGEST_TAKEOVER = 1.0
+#: A node that restarts, or whose partner does, says this much at most.
+MOST_LINES = 8
+RATES = (50, 125, 250, 500, 1000)
+
+
+class Restarts:
+    """Two nodes, one of which is started again at a time."""
+
+    def __init__(self, ros, lockstep: bool) -> None:
+        self.ros, self.lockstep = ros, lockstep
+        self.random = random.Random(lockstep)
+        self.watcher = ros.observer()
+        self.states, self.commands = [], []
+        self.took: list[float] = []
+        self.nodes = {'sim': self.start('sim'), 'control': self.start('control')}
+        self.watcher.hear(JointState, '/joint_states', react=self.states.append)
+        self.watcher.hear(JointState, '/joint_command', react=self.commands.append)
+        self.wait_for_answers()
+
+    def start(self, name: str):
+        """Start a node and wait until it is ready."""
+        if name == 'sim':
+            node = self.ros.start(
+                'sim', lockstep=self.lockstep, control_rate=self.random.choice(RATES),
+                physics_rate=1000, realtime_factor=1.0)
+            node.says('recorded in')
+        else:
+            node = self.ros.start('control')
+            node.says('waiting for states')
+        return node
+
+    def wait_for_answers(self) -> None:
+        """Wait until five further states have been answered."""
+        answered = len(self.commands)
+        began = time.monotonic()
+        wait_until(lambda: len(self.commands) > answered, 'a command')
+        self.took.append(time.monotonic() - began)
+        wait_until(lambda: len(self.commands) > answered + 5, 'five more')
+
+    def restart(self) -> None:
+        """End one node, by a signal that asks or by one that does not, and start it again."""
+        name = self.random.choice(('sim', 'control'))
+        time.sleep(self.random.uniform(0.0, 0.3))
+        if self.random.random() < 0.5:
+            self.nodes[name].kill()
+        else:
+            assert self.nodes[name].stop(signal.SIGTERM) == 0, self.nodes[name].text
+        self.nodes[name] = self.start(name)
+        self.wait_for_answers()
+
+    def lines(self) -> int:
+        """Return how many lines all nodes have logged."""
+        return sum(len(node.text.splitlines()) for node in self.ros.processes)
+
+
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize('lockstep', [True, False], ids=['lockstep', 'paced'])
+def test_a_restart_of_either_node_is_followed(ros, lockstep, times, record_property):
+    number = times(10, 100)
+    pair = Restarts(ros, lockstep)
+    for _ in range(number):
+        pair.restart()
+    for node in pair.nodes.values():
+        assert node.stop() == 0, node.text
+    record_property('restarts', number)
+    record_property('takeover, worst [s]', max(pair.took))
+    record_property('takeover, median [s]', float(np.median(pair.took)))
+    busy = os.getloadavg()[0] > 2.0 * (os.cpu_count() or 1)
+    assert max(pair.took) < LONGEST_TAKEOVER * (3.0 if busy else 1.0), pair.took
+    # the arm is held all the time
+    start = pair.states[0]
+    assert max(max(map(abs, state.velocity)) for state in pair.states) < 0.05
+    assert max(np.abs(np.subtract(state.position, start.position)).max()
+               for state in pair.states) < 0.02
+    assert pair.lines() <= MOST_LINES * (number + 2)
+    bags = sorted((ros.folder / 'bags').glob('*/*'))
+    simulators = [bag for bag in bags if bag.name == 'sim']
+    controllers = [bag for bag in bags if bag.name.startswith('control')]
+    starts = len(ros.processes)
+    assert len(simulators) == sum('recorded in' in node.text for node in ros.processes)
+    assert len(controllers) == starts - 1, 'a folder for each start but the first simulator'
+    for bag in bags:
+        assert open_bag(bag).topics
