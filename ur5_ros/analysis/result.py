@@ -79,8 +79,20 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """Tell whether the verdict is ``pass``."""
+        """Whether the verdict is ``pass``."""
         return self.verdict == PASS
+
+    @property
+    def controller_judged(self) -> bool:
+        """Whether the checks say anything about the controller."""
+        return not any(check.name == 'controller' for check in self.checks)
+
+    @property
+    def headline(self) -> str:
+        """The verdict in words: a pass without a reference says nothing of the controller."""
+        if self.passed and not self.controller_judged:
+            return 'simulation consistent; controller not judged'
+        return self.verdict
 
     def check(self, name: str) -> Check:
         """Return the check called ``name``."""
@@ -93,6 +105,7 @@ class Result:
             'version': JSON_VERSION,
             'run': self.run,
             'verdict': self.verdict,
+            'headline': self.headline,
             'checks': [
                 {'name': check.name, 'verdict': check.verdict, 'value': check.value,
                  'limit': check.limit, 'unit': check.unit, 'sentence': check.sentence,

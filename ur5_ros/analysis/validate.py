@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.checks.contact import contact_checks
+from ur5_ros.analysis.checks.controller import controller_checks
 from ur5_ros.analysis.checks.energy import energy_checks
 from ur5_ros.analysis.checks.error_dynamics import law_checks
 from ur5_ros.analysis.checks.experiment import experiment_checks
@@ -25,6 +26,7 @@ from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.effort import fitting_arms
+from ur5_ros.analysis.injected import injections
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.config.validation import Marks, load_marks
 from ur5_ros.errors import InputError
@@ -74,13 +76,14 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
     checks = [recording_check(run), pairing_check(run, marks), timing_check(run, marks),
               lateness_check(run), repeatability_check(run), *foreign_checks(run, marks), *model,
               law_check(run, marks), *law,
-              gains_check(run, marks, law_series.get('dynamics')), limits_check(run), *energy,
-              *contact, *experiment_checks(run)]
+              gains_check(run, marks, law_series.get('dynamics')),
+              *controller_checks(run, marks), limits_check(run), *energy, *contact,
+              *experiment_checks(run)]
     if not any(check.name in EVIDENCE and check.verdict != NOT_APPLICABLE for check in checks):
         checks.append(Check('evidence', FAIL, 'nothing in the recording says whether model and '
                             'plant agree: torques, commands or the arm are missing'))
-    series = {'run': run, 'delays': delays(run), **law_series, **model_series, **energy_series,
-              **contact_series}
+    series = {'run': run, 'injected': injections(run), 'delays': delays(run), **law_series,
+              **model_series, **energy_series, **contact_series}
     found = tuple(causes(run, checks, marks['residual']))
     return Result(run.name, about(run, marks), tuple(checks), found, series)
 
@@ -114,6 +117,7 @@ def about(run: Run, marks: Marks) -> dict[str, Any]:
         'duration_s': float(run.t[-1]),
         'control_rate_hz': run.control_rate,
         'physics_rate_hz': run.physics_rate or None,
+        'injected': [{'from_s': each.t, 'what': each.text} for each in injections(run)[:200]],
         'events': [{'stamp_s': event.stamp * 1e-9, 'kind': event.kind, 'message': event.message}
                    for event in run.events[:200]],
         'simulator': _node(run.sim),

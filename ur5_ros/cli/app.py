@@ -96,6 +96,9 @@ def validate(
         metavar='N[,N...]', help='Position gain, where the bag has none: 1, 6 or 36.')] = None,
     kd: Annotated[str | None, typer.Option(
         metavar='N[,N...]', help='Velocity gain, likewise.')] = None,
+    reference: Annotated[str, typer.Option(
+        metavar='TEXT', help='What the controller should follow: a topic, an experiment, six '
+        'joint angles or a tool pose.')] = '',
     marks: Annotated[Path | None, typer.Option(
         '--marks', metavar='FILE', help='Pass marks, of the form of config/validation.yaml; '
         'those left out keep their default.')] = None,
@@ -111,6 +114,8 @@ def validate(
     from ur5_ros.cli import judge
     from ur5_ros.cli.reading import reading_options
     given = reading_options(topic, joint_prefix, effort, arm, control_arm, kp, kd)
+    if reference:
+        given['reference'] = reference
     return judge.validate(run, folder, given, marks, json, html, junit)
 
 

@@ -40,7 +40,19 @@ def validate(
     for path in (json, html, junit):
         if path is not None:
             out.print(f'written: {path}', soft_wrap=True)
+    _show_next(out, result, html)
     return YES if result.passed else NO
+
+
+def _show_next(out: terminal.Console, result: Result, html: Path | None) -> None:
+    folder = result.about['folder']
+    if not result.controller_judged:
+        terminal.show_next(out, f'ur5 validate {folder} --reference JOINTS',
+                           'or a topic, an experiment, a pose: judges the controller')
+    elif html is None:
+        terminal.show_next(out, f'ur5 validate {folder} --html report.html', 'figures')
+    else:
+        terminal.show_next(out, f'ur5 view {folder}', 'the arm in the browser')
 
 
 def judge(run: Path) -> Result:

@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from ur5_ros.analysis.result import FAIL, PASS, Result
+from ur5_ros.analysis.result import FAIL, Result
 
 _COLOUR = {'pass': 'green', 'fail': 'bold red', 'not applicable': 'dim'}
 
@@ -60,7 +60,12 @@ def progress(what: str, total: float, unit: str = '') -> Iterator[Advance]:
 
 
 def show_result(out: Console, result: Result) -> None:
-    """Print the checks of a run as a table, then its causes and its verdict."""
+    """Print why a run fails, its checks as a table, what was added to the plant, the verdict."""
+    for cause in result.causes:
+        show_text(out, f'cause: {cause.get("sentence", cause)}')
+    for check in result.checks:
+        if check.verdict == FAIL:
+            show_text(out, f'{check.name}: {check.sentence}')
     table = Table(box=None, pad_edge=False, header_style='bold')
     table.add_column('check', no_wrap=True)
     table.add_column('verdict', no_wrap=True)
@@ -69,23 +74,31 @@ def show_result(out: Console, result: Result) -> None:
     table.add_column('unit', no_wrap=True)
     for check in result.checks:
         table.add_row(check.name, Text(check.verdict, _COLOUR[check.verdict]),
-                      _number(check.value), _number(check.limit), check.unit)
+                      number(check.value), number(check.limit), check.unit)
     out.print(table)
     for remark in result.about.get('remarks', ()):
-        out.print(Text(f'note: {remark}'), soft_wrap=True)
-    for check in result.checks:
-        if check.verdict == FAIL:
-            out.print(Text(f'{check.name}: {check.sentence}'), soft_wrap=True)
-    for cause in result.causes:
-        out.print(Text(f'cause: {cause.get("sentence", cause)}'), soft_wrap=True)
-    show_verdict(out, result.run, result.verdict)
+        show_text(out, f'note: {remark}')
+    injected = [f'{each["what"]}' + (f' from {each["from_s"]:.4g} s' if each['from_s'] else '')
+                for each in result.about.get('injected', ())]
+    if injected:
+        more = f'; {len(injected) - 6} more' if len(injected) > 6 else ''
+        show_text(out, f'added to the plant: {"; ".join(injected[:6])}{more}')
+    colour = 'yellow' if result.headline != result.verdict else _COLOUR[result.verdict]
+    folder = result.about.get('folder') or result.run
+    out.print(Text.assemble(f'{folder}: ', (result.headline, colour)), soft_wrap=True)
 
 
-def show_verdict(out: Console, run: str, verdict: str) -> None:
-    """Print one line: the run and whether it passed."""
-    out.print(Text.assemble(f'{run}: ', (verdict, _COLOUR[verdict] if verdict == PASS
-                                         else _COLOUR['fail'])), soft_wrap=True)
+def show_text(out: Console, text: str) -> None:
+    """Print a sentence: wrapped at blanks on a terminal, one line in a file."""
+    out.print(Text(text), soft_wrap=not out.is_terminal)
 
 
-def _number(value: float | None) -> str:
+def show_next(out: Console, command: str, purpose: str) -> None:
+    """Print the command that is useful next."""
+    out.print(Text.assemble(('next: ', 'dim'), command, (f'  # {purpose}', 'dim')),
+              soft_wrap=True)
+
+
+def number(value: float | None) -> str:
+    """Return a number in four digits; empty for none."""
     return '' if value is None else f'{value:.4g}'

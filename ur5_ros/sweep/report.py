@@ -1,16 +1,13 @@
 """The page of a sweep: one HTML file with rates, heat maps and the worst runs."""
 
-import base64
-import hashlib
 import json
-from html import escape
 from pathlib import Path
 from typing import Any
 
 import polars
-from plotly.offline import get_plotlyjs
 
-from ur5_ros.analysis.report.page import SCRIPT, STYLE
+from ur5_ros.analysis.report.document import html_document
+from ur5_ros.analysis.report.document import markup as _text
 from ur5_ros.config.records import as_data
 from ur5_ros.sweep.spec import SweepSpec
 from ur5_ros.sweep.summary import (
@@ -55,24 +52,8 @@ def write_report(folder: SweepFolder, path: Path) -> Rate:
         f'<h2>Specification</h2><pre>{_text(json.dumps(as_data(spec), indent=1))}'
         '</pre>',
     ])
-    path.write_text(_document(spec.name, body, figures), encoding='utf-8')
+    path.write_text(html_document(spec.name, body, figures), encoding='utf-8')
     return rate
-
-
-def _document(title: str, body: str, figures: list[dict[str, Any]]) -> str:
-    library = get_plotlyjs()
-    digests = ' '.join("'sha256-" + base64.b64encode(hashlib.sha256(script.encode()).digest())
-                       .decode() + "'" for script in (library, SCRIPT))
-    data = (json.dumps(figures, separators=(',', ':')).replace('<', '\\u003c')
-            .replace('>', '\\u003e').replace('&', '\\u0026'))
-    policy = (f"default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; "
-              f'script-src {digests}')
-    return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-            f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f'<title>{_text(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n'
-            f'{body}</main>\n<script type="application/json" id="figures">{data}</script>\n'
-            f'<script>{library}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n')
 
 
 def _rate_figures(table: polars.DataFrame, spec: SweepSpec) -> list[dict[str, Any]]:
@@ -147,7 +128,3 @@ def repeat_command(folder: Path, index: int) -> str:
 
 def _short(value: Any) -> str:
     return f'{value:.4g}' if isinstance(value, float) else str(value)
-
-
-def _text(value: Any) -> str:
-    return escape(str(value), quote=True)

@@ -56,12 +56,14 @@ def pairing_check(run: Run, marks: Marks) -> Check:
     if orphans:
         return Check('pairing', FAIL, f'{orphans} answers belong to no recorded state; '
                      f'{missing} states have no answer', float(orphans), 0.0, 'answers', details)
-    where = ''
+    where, by_order = '', ''
+    if counts.get('answers_paired_by_order'):
+        by_order = '; commands without a stamp, paired by their order'
     if missing:
         first = int(np.argmin(answered))
         where = f'; the first without is state {first + 1} at {run.stamp[first] * 1e-9:.6g} s'
     return judge('pairing', missing, marks['unanswered'], 'states',
-                 f'{answered.sum()} of {len(answered)} states have their answer{where}',
+                 f'{answered.sum()} of {len(answered)} states have their answer{where}{by_order}',
                  **details)
 
 
@@ -87,6 +89,15 @@ def timing_check(run: Run, marks: Marks) -> Check:
         return judge('timing', gaps, 0.0, 'gaps',
                      f'{gaps} gaps; the first after {at:.6g} s: '
                      f'{steps[row] * 1e-9:.6g} s instead of {run.h:.6g} s{late}', **details)
+    if paced := _lateness(run):
+        details |= paced
+        share = max(paced['late_share'], paced['fallback_share'])
+        if share > marks['late']:
+            return judge('timing', share, marks['late'], '1',
+                         f'{paced["late"]} of {len(run.stamp)} periods began late, '
+                         f'{paced["fallback"]} passed under the fallback{late}', **details)
+        late = (f'; {paced["late"]} periods began late, {paced["fallback"]} passed under the '
+                f'fallback{late}')
     return judge('timing', gaps, 0.0, 'gaps',
                  f'every state follows the one before by {run.h * 1e3:.6g} ms{late}', **details)
 
@@ -105,6 +116,31 @@ def _gaps(run: Run, marks: Marks, steps: np.ndarray, period: float) -> np.ndarra
         filled = np.diff(np.searchsorted(run.dropped, run.stamp))
         missing = missing - filled
     return missing > 0
+
+
+def _lateness(run: Run) -> dict[str, float]:
+    """Return late periods and periods under the fallback of a run that was paced by the clock."""
+    if run.sim is None or run.sim.parameters['lockstep']:
+        return {}
+    counters = run.sim.summary.get('counters') or {}
+    late, fallback = int(counters.get('late_periods', 0)), fallback_periods(run)
+    return {'late': late, 'late_share': late / len(run.stamp), 'fallback': fallback,
+            'fallback_share': fallback / len(run.stamp)}
+
+
+def fallback_periods(run: Run) -> int:
+    """Return the periods under the fallback between the first command and the last one."""
+    total, begin = 0.0, None
+    for event in run.events:
+        if event.kind != 'fallback':
+            continue
+        if event.values.get('active'):
+            begin = event.stamp if begin is None else begin
+        elif begin is not None:
+            if begin > run.stamp[0]:
+                total += event.stamp - begin
+            begin = None
+    return round(total * 1e-9 * run.control_rate)
 
 
 def latency(run: Run) -> dict[str, float]:

@@ -9,8 +9,10 @@ import numpy as np
 from ur5_ros.analysis.data.bags import BagData, open_bags
 from ur5_ros.analysis.data.contact import contact_rows, contact_series
 from ur5_ros.analysis.data.effort_meaning import with_effort_meaning
+from ur5_ros.analysis.data.given_reference import given_reference
 from ur5_ros.analysis.data.node_records import messages_of
 from ur5_ros.analysis.data.options import ReadingOptions, check_effort_meaning
+from ur5_ros.analysis.data.order_pairing import efforts_of_arrays, pair_by_order
 from ur5_ros.analysis.data.rows import FIELDS, StateRows, foreign_rows, own_rows
 from ur5_ros.analysis.data.run import (
     PARTS,
@@ -35,7 +37,7 @@ def load_run(
     folder: Path | str, arm: str | None = None, control_arm: str | None = None,
     kp: list[float] | None = None, kd: list[float] | None = None,
     topics: dict[str, str] | None = None, joint_prefix: str | None = None,
-    effort: str | None = None, keep_arm: bool = False,
+    effort: str | None = None, keep_arm: bool = False, reference: str = '',
 ) -> Run:
     """
     Return the run that a folder of bags holds.
@@ -58,6 +60,9 @@ def load_run(
         ``other_sign``.
     keep_arm : bool, optional
         Use ``arm`` and ``control_arm`` only where the bag does not state its own.
+    reference : str, optional
+        The reference where none is recorded, or another one: a topic, an experiment, six joint
+        angles or a tool pose; see :func:`~ur5_ros.analysis.data.given_reference.given_reference`.
 
     Returns
     -------
@@ -90,21 +95,22 @@ def load_run(
     if keep_arm:
         arm, control_arm = (arm if not (sim or control) else None,
                             control_arm if control is None else None)
-    reference = _reference(bags, stamp)
+    recorded = _reference(bags, stamp)
     run = Run(
         name=next((each.run for each in bags if each.run), folder.resolve().name),
         stamp=stamp, states=found.states,
         control_rate=float(sim.parameters['control_rate']) if sim else _rate(stamp),
         physics_rate=float(sim.parameters['physics_rate']) if sim else 0.0,
-        truth=_truth(bags, stamp), reference=reference, parts=_parts(bags, stamp),
+        truth=_truth(bags, stamp), reference=recorded, parts=_parts(bags, stamp),
         sim=_sim_record(sim, arm),
         control=_control_record(control, control_arm or (arm if sim is None else None), gains),
         events=tuple(event for each in bags for event in each.events), counts=counts,
         problems=tuple(problems), remarks=tuple(remarks), dropped=found.dropped,
         jumps=found.jumps, folder=str(folder), current=_current(bags, stamp),
-        follows_reference=bag.effort == 'target torque' and reference is not None,
+        follows_reference=bag.effort == 'target torque' and recorded is not None,
         **_answers(bags, bag, found, counts), **_contact(bags, stamp, sim))
-    return with_effort_meaning(run, effort)
+    run = with_effort_meaning(run, effort)
+    return replace(run, reference=given_reference(run, reference)) if reference else run
 
 
 def _first(bags: list[BagData], role: str, order: tuple[str, ...]) -> BagData | None:
@@ -157,12 +163,12 @@ def _answers(bags: list[BagData], states_bag: BagData, states: StateRows,
     """Return command, and wall-clock times of states and commands at the simulator."""
     bag = _first(bags, 'joint_command', ('control', 'sim', '', 'robot'))
     if bag is None:
-        return {}
+        return _unstamped_answers(bags, states.stamp, counts)
     stamp, commands = states.stamp, bag.data['joint_command']
     stamped = commands.stamp > 0
     counts['answers_unstamped'] = int((~stamped).sum())
     if not stamped.any():
-        return {}
+        return _unstamped_answers(bags, stamp, counts)
     recorded = states_bag.data['joint_states'].stamp
     counts['answers_without_state'] = int(
         (~np.isin(commands.stamp[stamped], recorded)
@@ -180,6 +186,24 @@ def _answers(bags: list[BagData], states_bag: BagData, states: StateRows,
         arrived[at] = commands.log_time[found]
         answer.update(state_time=sent, command_time=arrived)
     return answer
+
+
+def _unstamped_answers(bags: list[BagData], stamp: np.ndarray,
+                       counts: dict[str, int]) -> dict[str, Any]:
+    """Return commands without a stamp, paired by order where the simulator ran in lockstep."""
+    for bag in bags:
+        if bag.node != 'sim' or bag.record is None or not bag.record.parameters['lockstep']:
+            continue
+        role = 'joint_command' if bag.has('joint_command') else 'forward_command'
+        if not bag.has(role) or bag.record.summary.get('lockstep_fired'):
+            continue
+        commands = bag.data[role]
+        efforts = commands.effort if role == 'joint_command' else efforts_of_arrays(commands)
+        command = pair_by_order(bag.data['joint_states'], stamp, commands.log_time, efforts)
+        if command is not None:
+            counts['answers_paired_by_order'] = int(np.isfinite(command).all(axis=1).sum())
+            return {'command': command}
+    return {}
 
 
 def _reference(bags: list[BagData], stamp: np.ndarray) -> Reference | None:

@@ -33,10 +33,10 @@ ROLE_FIELDS: dict[str, tuple[str, ...]] = {
     'joint_states': ('position',), 'joint_command': ('effort',),
     'ground_truth': ('position', 'velocity'), 'torque_parts': ('effort',),
     'reference': ('positions',), 'events': (), 'contact_effort': ('effort',), 'contacts': (),
-    'objects': (), 'motor_current': ('effort',)}
+    'objects': (), 'motor_current': ('effort',), 'forward_command': ()}
 
 #: Roles that are no numbers by joint.
-_RAW = ('events', 'contacts', 'objects')
+_RAW = ('events', 'contacts', 'objects', 'forward_command')
 
 _DECLARED = by_role((*SIM_TOPICS, *WORLD_TOPICS, *CONTROL_TOPICS, *ROBOT_TOPICS))
 _TYPES = {role: _DECLARED[role].type for role in ROLE_FIELDS}

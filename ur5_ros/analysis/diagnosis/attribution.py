@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from ur5_ros.analysis.checks.controller import sampled_cause
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.diagnosis.command_path import path_causes
 from ur5_ros.analysis.diagnosis.contact import contact_cause
@@ -28,12 +29,15 @@ def causes(run: Run, checks: Sequence[Check], residual_limit: float = 0.0,
         missing = contact_cause(run, residual_limit)
         if missing is not None:
             return [missing]
-    found = []
+    found: list[dict[str, Any]] = []
     meaning = next((check for check in checks if check.name == 'effort'
                     and check.verdict == FAIL), None)
     if meaning is not None:  # figures of another unit show no cause in the plant
         return [{'kind': 'effort meaning', 'meaning': meaning.details['meaning'],
                  'sentence': meaning.sentence}]
+    sampled = sampled_cause(run, checks)
+    if sampled is not None:
+        found.append(sampled)
     if failed.intersection(_PATH):
         found += path_causes(run)
     if failed.intersection(_PLANT) and record is not None:

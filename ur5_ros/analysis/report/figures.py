@@ -5,15 +5,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.data.run import PARTS
+from ur5_ros.analysis.data.run import PARTS, Run
+from ur5_ros.analysis.report.palette import JOINT_COLOURS as COLOURS
+from ur5_ros.analysis.report.palette import MEASURED, REFERENCE, SHORT_NAMES
 from ur5_ros.analysis.result import Result
 from ur5_ros.signals import JOINT_NAMES
 
 #: A curve is drawn through the least and the greatest value of each of so many pieces.
-PIECES = 900
-
-#: Colours that stand out on white and on black, one a joint.
-COLOURS = ('#3d85c6', '#e0803a', '#3fa66b', '#d0505e', '#9070c8', '#a08438')
+PIECES = 360
 
 
 class Figure(NamedTuple):
@@ -33,6 +32,10 @@ class Figure(NamedTuple):
     """Logarithmic vertical axis."""
     wide: bool = False
     """Takes the whole width."""
+    first: bool = False
+    """Stands before the checks: the run at a glance."""
+    equal: bool = False
+    """Both axes have one scale."""
 
 
 def figures(result: Result) -> list[Figure]:
@@ -51,6 +54,7 @@ def figures(result: Result) -> list[Figure]:
     found = []
     if 'tool' in series:
         found += _tool_figures(series)
+    found += _joint_figures(series['run'])
     if 'dynamics' in series:
         found += _error_figures(series)
     found += _torque_figures(series) + _residual_figures(series)
@@ -120,25 +124,56 @@ def packed(values: np.ndarray) -> dict[str, str]:
 def _tool_figures(series) -> list[Figure]:
     run, tool = series['run'], series['tool']
     t = run.t
-    found = []
-    for key, title, made, wanted, unit in (
+    found = [Figure(
+        'path', 'Tool path from above', 'Position of the tool in the frame base, seen along z: '
+        'measured and reference.',
+        [path_trace(tool.desired_position, 'reference', REFERENCE, 'dot'),
+         path_trace(tool.position, 'measured', MEASURED)],
+        'y in base [m]', x='x in base [m]', first=True, equal=True)]
+    found.append(Figure(
+        'pose_error', 'Tool error', 'Distance of the tool from its reference, and angle between '
+        'them.',
+        [curve(t, magnitudes(tool.distance * 1e3), 'position [mm]', COLOURS[0]),
+         curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', COLOURS[1])],
+        'error [mm, mrad]', log=True, first=True))
+    for key, title, measured, desired, unit in (
             ('position', 'Tool position (Fig. 11)', tool.position, tool.desired_position, 'm'),
             ('orientation', 'Tool orientation (Fig. 11)', tool.orientation,
              tool.desired_orientation, 'rad')):
         names = 'xyz' if key == 'position' else ('rx', 'ry', 'rz')
         traces = []
         for i, name in enumerate(names):
-            traces.append(curve(t, made[:, i], name, COLOURS[i]))
-            traces.append(curve(t, wanted[:, i], f'{name} wanted', COLOURS[i], 'dot', 2.4))
-        caption = ('Position of the tool in base' if key == 'position' else
-                   'Rotation vector of the tool in base') + ', made (line) and wanted (dots).'
-        found.append(Figure(key, title, caption, traces, f'{key} [{unit}]'))
-    found.append(Figure(
-        'pose_error', 'Tool error', 'Distance to the wanted position and angle to the wanted '
-        'orientation.',
-        [curve(t, magnitudes(tool.distance * 1e3), 'position [mm]', COLOURS[0]),
-         curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', COLOURS[1])],
-        'error [mm, mrad]', log=True, wide=True))
+            traces.append(curve(t, measured[:, i], name, COLOURS[i]))
+            traces.append(curve(t, desired[:, i], f'{name}, reference', COLOURS[i], 'dot', 2.4))
+        caption = ('Position of the tool in the frame base' if key == 'position' else
+                   'Rotation vector of the tool in the frame base')
+        found.append(Figure(key, title, f'{caption}: measured (line) and reference (dots).',
+                            traces, f'{key} [{unit}]'))
+    return found
+
+
+def path_trace(points: np.ndarray, name: str, colour: str, dash: str = 'solid') -> dict:
+    """Return the way of points (n, 3) in the x-y plane."""
+    rows = np.unique(np.linspace(0, len(points) - 1, 2 * PIECES).round().astype(int))
+    return {'type': 'scatter', 'mode': 'lines', 'name': name, 'x': packed(points[rows, 0]),
+            'y': packed(points[rows, 1]), 'line': {'color': colour, 'width': 2, 'dash': dash}}
+
+
+def _joint_figures(run: Run) -> list[Figure]:
+    """Return positions and velocities of the joints beside their reference."""
+    found = []
+    for key, title, measured, field, unit in (
+            ('joint_position', 'Joint positions', run.states.q, 'q', 'rad'),
+            ('joint_velocity', 'Joint velocities', run.states.qd, 'qd', 'rad/s')):
+        traces = [curve(run.t, measured[:, i], name, COLOURS[i])
+                  for i, name in enumerate(SHORT_NAMES)]
+        desired = None if run.reference is None else getattr(run.reference, field)
+        caption = 'Measured.'
+        if desired is not None and np.isfinite(desired).any():
+            caption = 'Measured (line) and reference (dots).'
+            traces += [curve(run.t, desired[:, i], f'{name}, reference', COLOURS[i], 'dot', 2.4)
+                       for i, name in enumerate(SHORT_NAMES)]
+        found.append(Figure(key, title, caption, traces, f'{title.lower()} [{unit}]'))
     return found
 
 
@@ -174,18 +209,25 @@ def _error_figures(series) -> list[Figure]:
 
 def _torque_figures(series) -> list[Figure]:
     run = series['run']
+    if np.isnan(run.states.effort).all():
+        return []
+    acted = ("the robot's own target torque" if run.follows_reference
+             else 'the torque that acted')
+    found = [Figure(
+        'torque', 'Joint torques', f'{acted.capitalize()}.',
+        [curve(run.t[1:], run.states.effort[1:, i], name, COLOURS[i])
+         for i, name in enumerate(SHORT_NAMES)], 'torque [N m]', first=True, wide=True)]
     shown = {name: run.parts[name] for name in PARTS if name in run.parts}
     colours = dict(zip(PARTS, COLOURS[1:], strict=False))
-    acted = ("The robot's own target torque." if run.follows_reference
-             else 'The torque that acted.')
-    found = []
+    if not shown:
+        return found
     for i, joint in enumerate(JOINT_NAMES):
         traces = [curve(run.t[1:], run.states.effort[1:, i], 'acted', COLOURS[0], width=2.2)]
         traces += [curve(run.t, part[:, i], name, colours[name])
                    for name, part in shown.items()]
-        found.append(Figure(
-            f'torque_{i + 1}', f'Torque, {joint}', 'The torque that acted, and the parts of the '
-            'command.' if shown else acted, traces, 'torque [N m]'))
+        found.append(Figure(f'torque_{i + 1}', f'Torque, {joint}',
+                            f'{acted.capitalize()}, and the parts of the command.', traces,
+                            'torque [N m]'))
     return found
 
 

@@ -1,18 +1,17 @@
 """The report: one HTML file that opens from disk, the verdict first, every figure zoomable."""
 
-import base64
-import hashlib
 import json
-from html import escape
 from pathlib import Path
 from typing import Any
 
-from plotly.offline import get_plotlyjs
-
+from ur5_ros.analysis.report.document import html_document
+from ur5_ros.analysis.report.document import markup as _text
 from ur5_ros.analysis.report.figures import Figure, figures
-from ur5_ros.analysis.report.page import SCRIPT, STYLE
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, PASS, Check, Result
 from ur5_ros.errors import InputError
+
+#: Lines of events that a figure can carry.
+MARKS = 40
 
 
 def write_html(result: Result, path: str | Path) -> None:
@@ -47,41 +46,23 @@ def html_text(result: Result) -> str:
 
     """
     plots = figures(result)
-    library = get_plotlyjs()
-    policy = ("default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; script-src "
-              + ' '.join(f"'sha256-{_digest(script)}'" for script in (library, SCRIPT)))
-    return ''.join([
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
-        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
-        f'<title>{_text(result.verdict)}: {_text(result.run)}</title>\n',
-        f'<style>{STYLE}</style>\n</head>\n<body>\n<main>\n',
-        _verdict(result), _causes(result), _checks(result), _plots(plots), _details(result),
-        '</main>\n<script type="application/json" id="figures">',
-        _json([_figure(figure) for figure in plots]), '</script>\n',
-        f'<script>{library}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n',
-    ])
+    glance = [plot for plot in plots if plot.first]
+    rest = [plot for plot in plots if not plot.first]
+    body = ''.join([_verdict(result), _causes(result), _plots('The run', glance),
+                    _checks(result), _plots('Figures', rest), _details(result)])
+    return html_document(f'{result.headline}: {result.run}', body,
+                         [_figure(figure) for figure in plots], _marks(result))
 
 
-def _digest(script: str) -> str:
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-
-
-def _json(value: Any) -> str:
-    """Return JSON that cannot end the script block that it stands in."""
-    return (json.dumps(value, separators=(',', ':')).replace('<', '\\u003c')
-            .replace('>', '\\u003e').replace('&', '\\u0026'))
-
-
-def _text(value: Any) -> str:
-    """Return text as markup that shows it; characters that no file can hold become marks."""
-    shown = str(value).encode('utf-8', 'replace').decode()
-    return escape(''.join(c if c >= ' ' or c in '\n\t' else '?' for c in shown), quote=True)
+def _marks(result: Result) -> list[dict[str, Any]]:
+    """Return what was added to the plant on the way, for a line in every figure over time."""
+    return [{'t': each.t, 'text': each.text[:60]}
+            for each in result.series.get('injected', ()) if each.t > 0.0][:MARKS]
 
 
 def _figure(figure: Figure) -> dict[str, Any]:
     return {'key': figure.key, 'x': figure.x, 'y': figure.y, 'log': figure.log,
-            'traces': figure.traces}
+            'equal': figure.equal, 'traces': figure.traces}
 
 
 def _verdict(result: Result) -> str:
@@ -90,11 +71,12 @@ def _verdict(result: Result) -> str:
     if failed:
         words = f'{len(failed)} of {len(count)} checks fail. First: {failed[0].sentence}.'
     else:
-        words = f'{count.count(PASS)} checks pass, none fails'
+        words = f'{count.count(PASS)} checks pass'
         skipped = count.count(NOT_APPLICABLE)
         words += f', {skipped} {"does" if skipped == 1 else "do"} not apply.' if skipped else '.'
-    return (f'<div class="verdict {_text(result.verdict)}"><div class="stamp">'
-            f'{_text(result.verdict)}</div><div><h1>{_text(result.run)}</h1>'
+    judged = '' if result.headline == result.verdict else ' unjudged'
+    return (f'<div class="verdict {_text(result.verdict)}{judged}"><div class="stamp">'
+            f'{_text(result.headline)}</div><div><h1>{_text(result.run)}</h1>'
             f'<p>{_text(words)}</p></div></div>\n{_about(result.about)}')
 
 
@@ -107,6 +89,7 @@ def _about(about: dict[str, Any]) -> str:
         'experiment': parameters.get('experiment'),
         'Kp, Kd': ', '.join(_gain(parameters[key]) for key in ('kp', 'kd') if key in parameters),
         'changed while it ran': '; '.join(map(_change, control.get('changes', [])[:3])),
+        'added to the plant': '; '.join(_injected(each) for each in about.get('injected', ())[:6]),
         'rates': _rates(about), 'length': f'{about["duration_s"]:.4g} s, {about["states"]} states',
         'ur5_ros': about['ur5_ros'], 'pass marks': about['marks'], 'folder': about['folder'],
     }
@@ -115,6 +98,11 @@ def _about(about: dict[str, Any]) -> str:
     return '<div class="about">' + ''.join(
         f'<div><span>{_text(name)}</span>{_text(value)}</div>'
         for name, value in rows.items() if value) + '</div>\n'
+
+
+def _injected(added: dict[str, Any]) -> str:
+    since = f' from {added["from_s"]:.4g} s' if added['from_s'] else ''
+    return f'{added["what"]}{since}'
 
 
 def _rates(about: dict[str, Any]) -> str:
@@ -166,14 +154,14 @@ def _number(value: float | None, unit: str) -> str:
     return _text(f'{value:.3g} {"" if unit == "1" else unit}'.strip())
 
 
-def _plots(plots: list[Figure]) -> str:
+def _plots(title: str, plots: list[Figure]) -> str:
     if not plots:
         return ''
     boxes = ''.join(
         f'<figure{" class=wide" if plot.wide else ""}><figcaption><b>{_text(plot.title)}</b>'
         f'{_text(plot.caption)}</figcaption><div class="plot" id="plot-{_text(plot.key)}"></div>'
         '</figure>\n' for plot in plots)
-    return f'<h2>Figures</h2>\n<div class="plots">{boxes}</div>\n'
+    return f'<h2>{_text(title)}</h2>\n<div class="plots">{boxes}</div>\n'
 
 
 def _details(result: Result) -> str:

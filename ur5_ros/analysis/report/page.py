@@ -18,6 +18,9 @@ p { margin: 6px 0; }
   background: var(--card); }
 .verdict.pass { border-left-color: var(--good); } .verdict.fail { border-left-color: var(--bad); }
 .stamp { font-size: 1.7rem; font-weight: 700; text-transform: uppercase; }
+.verdict.unjudged { border-left-color: var(--none); }
+.unjudged .stamp { font-size: 1rem; text-transform: none; max-width: 12em; }
+.verdict.unjudged .stamp { color: var(--none); }
 .pass .stamp, .pill.pass { color: var(--good); } .fail .stamp, .pill.fail { color: var(--bad); }
 .pill { font-weight: 600; white-space: nowrap; color: var(--none); }
 .about { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr));
@@ -54,7 +57,7 @@ summary { cursor: pointer; } pre { overflow-x: auto; font-size: 0.8rem; }
 
 SCRIPT = """
 'use strict';
-const figures = JSON.parse(document.getElementById('figures').textContent);
+const {figures, marks} = JSON.parse(document.getElementById('figures').textContent);
 function look(figure, box) {
   const style = getComputedStyle(document.documentElement);
   const ink = style.getPropertyValue('--ink').trim();
@@ -68,6 +71,7 @@ function look(figure, box) {
     xaxis: {...axis, title: {text: figure.x, standoff: 6},
       type: (figure.category || '').includes('x') ? 'category' : undefined},
     yaxis: {...axis, title: {text: figure.y, standoff: 6},
+      scaleanchor: figure.equal ? 'x' : undefined,
       type: (figure.category || '').includes('y') ? 'category' : figure.log ? 'log' : 'linear',
       exponentformat: 'power', nticks: narrow ? 6 : 8, minorloglabels: 'none'},
     width: box.clientWidth, height: box.clientHeight,
@@ -75,18 +79,39 @@ function look(figure, box) {
     legend: {orientation: 'h', y: -0.2, x: 0, font: {size: narrow ? 9 : 11}},
     hovermode: 'closest', dragmode: narrow ? false : 'zoom', bargap: 0,
     hoverlabel: {namelength: -1},
+    shapes: figure.x !== 'time [s]' ? [] : marks.map((mark) => ({type: 'line', xref: 'x',
+      yref: 'paper', x0: mark.t, x1: mark.t, y0: 0, y1: 1,
+      line: {color: ink, width: 1, dash: 'dot'}})),
+    annotations: figure.x !== 'time [s]' ? [] : marks.map((mark) => ({xref: 'x', yref: 'paper',
+      x: mark.t, y: 1, text: text(mark.text), textangle: -90, showarrow: false,
+      xanchor: 'left', yanchor: 'top', font: {size: 9, color: ink}})),
   };
+}
+// Plotly takes some markup in texts
+function text(words) {
+  return words.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;');
 }
 function draw() {
   for (const figure of figures) {
     const box = document.getElementById('plot-' + figure.key);
     Plotly.react(box, figure.traces, look(figure, box),
-      {displaylogo: false, displayModeBar: 'hover',
+      {displaylogo: false, displayModeBar: 'hover', showSendToCloud: false,
         modeBarButtonsToRemove: ['lasso2d', 'select2d']});
   }
 }
-draw();
+async function unpack() {
+  const packed = atob(document.getElementById('library').textContent);
+  const bytes = Uint8Array.from(packed, (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  const program = new Blob([await new Response(stream).blob()], {type: 'text/javascript'});
+  const script = document.createElement('script');
+  script.src = URL.createObjectURL(program);
+  script.onload = draw;
+  document.head.append(script);
+}
+unpack();
 let waiting = 0;
-addEventListener('resize', () => { clearTimeout(waiting); waiting = setTimeout(draw, 120); });
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
+const again = () => { if (window.Plotly) draw(); };
+addEventListener('resize', () => { clearTimeout(waiting); waiting = setTimeout(again, 120); });
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', again);
 """

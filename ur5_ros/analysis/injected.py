@@ -1,0 +1,54 @@
+"""What was added to the plant of a run: payload, friction, noise, delay, wrench, gravity."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.config.parameters import SIM_PARAMETERS
+
+#: Live parameters that add nothing to the plant.
+_NEUTRAL = ('fallback', 'overspeed_stop', 'wrench_duration', 'seed')
+
+
+class Injection(NamedTuple):
+    """One addition to the plant."""
+
+    t: float
+    """Time since the first state from which it acts [s]."""
+    text: str
+
+
+def injections(run: Run) -> list[Injection]:
+    """Return what was added to the plant from the start and later, in order of time."""
+    return [*_at_start(run), *_later(run)]
+
+
+def _at_start(run: Run) -> Iterator[Injection]:
+    if run.sim is None:
+        return
+    for parameter in SIM_PARAMETERS:
+        value = run.sim.parameters.get(parameter.name, parameter.default)
+        if parameter.live and parameter.name not in _NEUTRAL and value != parameter.default:
+            yield Injection(0.0, f'{parameter.name} {_value(value)}')
+
+
+def _later(run: Run) -> Iterator[Injection]:
+    for event in run.events:
+        t = (event.stamp - int(run.stamp[0])) * 1e-9
+        name = event.values.get('name')
+        if event.kind == 'parameter' and name not in _NEUTRAL:
+            yield Injection(t, f'{name} {_value(event.values.get("value"))}')
+        elif event.kind == 'wrench':
+            force, torque = event.values.get('force', []), event.values.get('torque', [])
+            ended = not any(force) and not any(torque)
+            yield Injection(t, 'wrench ends' if ended else
+                            f'wrench {_value(force)} N, {_value(torque)} N m')
+        elif event.kind in ('reset', 'protective_stop'):
+            yield Injection(t, event.kind.replace('_', ' '))
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        numbers = [_value(each) for each in value]
+        return numbers[0] if len(set(numbers)) == 1 and len(numbers) > 3 else ' '.join(numbers)
+    return f'{value:.4g}' if isinstance(value, int | float) else str(value)

@@ -1,0 +1,13 @@
+"""Names and colours of joints and curves, the same in report, viewer, render and layouts."""
+
+#: One colour a joint; each stands out on white and on black.
+JOINT_COLOURS = ('#3d85c6', '#e0803a', '#3fa66b', '#d0505e', '#9070c8', '#a08438')
+#: Short names of the joints, base to wrist.
+SHORT_NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
+#: What was measured, and what it should have been.
+MEASURED, REFERENCE = '#1f77b4', '#e66101'
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return red, green and blue of a colour ``#rrggbb``, 0 to 255."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
