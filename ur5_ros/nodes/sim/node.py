@@ -146,7 +146,7 @@ class SimNode:
             'hashes': {'joint_states': self.outputs.hash.hexdigest(),
                        'joint_command': self.inputs.hash.hexdigest()},
             'periods': self.outputs.hash.count, 'lockstep_fired': self.gate.fired,
-            'repeatable': self.gate.repeatable and self.parameters['lockstep'],
+            'repeatable': self.gate.repeatable and self.parameters.lockstep,
             'publishers_conflict': self.publishers_conflict,
             'counters': counters(self),
         })
