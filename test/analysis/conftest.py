@@ -115,8 +115,9 @@ def stepped():
         return Run('stepped', np.array([each.stamp for each in states]), seen, float(rate),
                    float(plan.sim.physics_rate), None if plant.exact_sensing else true,
                    np.array([answer.torque.total for answer in answers]), star, {},
-                   NodeRecord('ur5_real', load_arm('ur5_real'), plan.sim),
-                   NodeRecord('ur5_real', law.arm, plan.control, changes=tuple(changes)),
+                   NodeRecord('ur5_real', load_arm('ur5_real'), plan.sim.by_name()),
+                   NodeRecord('ur5_real', law.arm, plan.control.by_name(),
+                              changes=tuple(changes)),
                    tuple(RecordedEvent(each.stamp, each.kind, each.message,
                                {key: json.loads(value) for key, value in each.values.items()})
                          for each in events))

@@ -89,10 +89,10 @@ def _of_experiment(run: Run, name: str) -> Reference:
     record = run.law_record
     if record is None:
         raise InputError('--reference with an experiment needs an arm; give one: --arm NAME')
-    motion = experiment_trajectory(load_experiment(name), record.arm, round(run.control_rate),
-                                   0.0).motion
-    time = np.minimum(run.stamp - run.stamp[0], motion.duration).tolist()
-    return Reference(*np.moveaxis(np.array([motion.at(each) for each in time]), 1, 0))
+    trajectory = experiment_trajectory(load_experiment(name), record.arm, round(run.control_rate),
+                                   0.0).trajectory
+    time = np.minimum(run.stamp - run.stamp[0], trajectory.duration).tolist()
+    return Reference(*np.moveaxis(np.array([trajectory.at(each) for each in time]), 1, 0))
 
 
 def _of_topic(run: Run, topic: str) -> Reference:
