@@ -1,5 +1,6 @@
 """Arm files: every number sourced, every body physical, every mistake refused in one line."""
 
+import itertools
 import json
 import re
 import subprocess
@@ -11,8 +12,10 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
 
 from ur5_ros.config import arm_text, config_folder, list_arms, load_arm, parse_arm
+from ur5_ros.config.arms import ASSUMED, arms_with_assumed_armature
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import with_payload
 
@@ -157,3 +160,27 @@ print([parse_yaml(arm_text(name), name) for name in list_arms()])
                            capture_output=True, text=True).stdout
             for first in ('', 'sys.modules["yaml._yaml"] = None\nsys.modules["_yaml"] = None')]
     assert said[0] == said[1] != ''
+
+
+@pytest.mark.parametrize('name', arms_with_assumed_armature())
+def test_assumed_rotors_replace_none_and_are_named_in_the_text(name):
+    base, arm = load_arm(name.removesuffix(ASSUMED)), load_arm(name)
+    assert not base.armature.any() and (arm.armature > 0.0).all()
+    assert arm.name == name
+    assert_array_equal(parse_arm(arm_text(name), 'a bag').armature, arm.armature)
+    assert 'armature_assumed' not in arm_text(name).partition('armature:')[2]
+    for field in ('a', 'd', 'mass', 'com', 'inertia'):
+        assert_array_equal(getattr(base, field), getattr(arm, field))
+
+
+def test_an_arm_without_assumed_rotors_says_which_have_them():
+    with pytest.raises(InputError, match='ur10e.armature_assumed'):
+        load_arm('ur5_real+armature_assumed')
+
+
+def test_assumed_rotors_grow_with_the_torque_of_the_joint():
+    pairs = sorted((effort, inertia) for name in arms_with_assumed_armature()
+                   for effort, inertia in zip(load_arm(name).limits.effort,
+                                              load_arm(name).armature, strict=True))
+    for (effort, inertia), (other, more) in itertools.pairwise(pairs):
+        assert more >= inertia * (0.98 if other == effort else 1.0)

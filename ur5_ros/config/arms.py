@@ -4,11 +4,15 @@ from typing import Annotated, Any
 
 import msgspec
 import numpy as np
+import yaml
 
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
 from ur5_ros.config.strict_yaml import file_names, named_file, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
+
+#: Behind the name of an arm: use the rotor inertia that its file assumes.
+ASSUMED = '+armature_assumed'
 
 Range = Annotated[list[float], Meta(min_length=2, max_length=2)]
 
@@ -60,6 +64,7 @@ class _ArmFile(Record, frozen=True, kw_only=True):
     angle_offset: _Sourced
     links: Annotated[list[_Link], Meta(min_length=6, max_length=6)]
     armature: _Sourced
+    armature_assumed: _Sourced | None = None
     gravity: _Gravity
     limits: _Limits
     payload: _Payload = _Payload()
@@ -77,15 +82,32 @@ def arm_text(name: str) -> str:
     Parameters
     ----------
     name : str
-        A name of :func:`list_arms`, or the path of a file of the same form.
+        As :func:`load_arm` takes it.
 
     Raises
     ------
     InputError
-        If there is no such arm.
+        If there is no such arm, or its file assumes no armature where that is asked for.
 
     """
-    return read_text(named_file('arm', name))
+    base = name.removesuffix(ASSUMED)
+    path = named_file('arm', base)
+    if base == name:
+        return read_text(path)
+    data = read_yaml(path)
+    file = validate(_ArmFile, data, str(path))
+    if file.armature_assumed is None:
+        raise InputError(f'{path}: it has no armature_assumed; give {base}, or an arm that has '
+                         f'one: {", ".join(arms_with_assumed_armature())}')
+    data = {**data, 'name': name, 'armature': data['armature_assumed']}
+    del data['armature_assumed']
+    return yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
+
+
+def arms_with_assumed_armature() -> list[str]:
+    """Return the names of the arms without measured rotor inertia that have an assumed one."""
+    return [name + ASSUMED for name in list_arms()
+            if '\narmature_assumed:' in read_text(named_file('arm', name))]
 
 
 def load_arm(name: str) -> ArmParameters:
@@ -95,7 +117,8 @@ def load_arm(name: str) -> ArmParameters:
     Parameters
     ----------
     name : str
-        A name of :func:`list_arms`, or the path of a YAML file of the same form.
+        A name of :func:`list_arms`, or the path of a YAML file of the same form. With
+        ``+armature_assumed`` behind it the rotor inertia that the file assumes is used.
 
     Returns
     -------
@@ -115,6 +138,8 @@ def load_arm(name: str) -> ArmParameters:
     ('ur5', (6,))
 
     """
+    if name.endswith(ASSUMED):
+        return parse_arm(arm_text(name), name)
     path = named_file('arm', name)
     return _arm_record(read_yaml(path), str(path))
 

@@ -245,6 +245,17 @@ class Plant:
         return tool_wrench(self.mechanics.contacts, self._plant_parameters.wrench, self.truth.q,
                            self.arm)
 
+    def largest_damping(self) -> np.ndarray:
+        """
+        Return the joint damping above which a torque held for a period shakes the arm, (6,).
+
+        Such a torque stops the joint within the period when h D / M = 1 and doubles its speed
+        when h D / M = 3: D [N m s/rad], M seen by the joint at the present state.
+        """
+        inertia = self.mechanics.bullet.mass_matrix(self.truth.q.tolist()) + np.diag(
+            self.arm.armature)
+        return self.parameters.control_rate / np.diag(np.linalg.inv(inertia))
+
     def drain_events(self) -> list[Event]:
         """Return what happened since the last call, in the order in which it did."""
         return self._event_log.drain()

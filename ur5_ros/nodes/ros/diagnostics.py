@@ -15,14 +15,20 @@ class Throttle:
         self._seconds = seconds
         self._now = now
         self._last: dict[str, float] = {}
+        self._skipped: dict[str, int] = {}
 
     def __call__(self, kind: str) -> bool:
         """Return whether a line of this kind may go out now."""
         now = self._now()
         if now - self._last.get(kind, -1e9) < self._seconds:
+            self._skipped[kind] = self._skipped.get(kind, 0) + 1
             return False
         self._last[kind] = now
         return True
+
+    def skipped(self, kind: str) -> int:
+        """Return how many lines of this kind were held back since the last call."""
+        return self._skipped.pop(kind, 0)
 
 
 class Refusals:

@@ -11,6 +11,7 @@ from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.config import arm_text
+from ur5_ros.config.arms import ASSUMED, arms_with_assumed_armature
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS, WORLD_TOPICS
@@ -32,7 +33,7 @@ from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
-from ur5_ros.sim.plant import plant_from_parameters
+from ur5_ros.sim.plant import Plant, plant_from_parameters
 from ur5_ros.sim.urdf import urdf_text
 
 
@@ -100,6 +101,8 @@ class SimNode:
         use_realtime(self.parameters.realtime_priority, self.logger)
         where = self.recording.folder or 'nowhere'
         self.logger.info(f'run {self.run_name}, recorded in {where}')
+        if not self.simulation.plant.arm.armature.any():
+            self.logger.info(light_joints(self.simulation.plant))
         self._turns.begin()
 
     def turn(self) -> bool:
@@ -157,3 +160,14 @@ class SimNode:
         self.logger.info(f'ends at {self.simulation.plant.stamp * 1e-9:.3f} s: {reason}')
         self.node.destroy_node()  # the others would list it for seconds otherwise
         return LOSS if lost or failure else DONE
+
+
+def light_joints(plant: Plant) -> str:
+    """Return what damping the joints of an arm without rotors carry, and which arm has rotors."""
+    damping = ', '.join(f'{each:.2g}' for each in plant.largest_damping())
+    name = plant.parameters.arm
+    heavier = 'ur5_real' if name == 'ur5' else name + ASSUMED
+    known = heavier == 'ur5_real' or heavier in arms_with_assumed_armature()
+    return (f'arm {name} has no rotor inertia: at {plant.parameters.control_rate} Hz its joints '
+            f'carry a damping of at most about {damping} N m s/rad'
+            + (f'; arm:={heavier} feels like the robot' if known else ''))

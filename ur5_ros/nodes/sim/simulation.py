@@ -132,9 +132,12 @@ class Simulation:
 
     def _send_event(self, each: Event) -> None:
         self.outputs.event(each)
-        what = each.kind + each.values.get('reason', each.message)
-        if each.kind in _WARNINGS and self._throttle(what):
-            self.logger.warning(f'{each.message} ({each.stamp * 1e-9:.3f} s)')
+        kind = each.kind if each.kind == 'limit' else each.kind + each.values.get(
+            'reason', each.message)
+        if each.kind in _WARNINGS and self._throttle(kind):
+            skipped = self._throttle.skipped(kind)
+            more = f'; {skipped} more events "{each.kind}" since the last line' if skipped else ''
+            self.logger.warning(f'{each.message} ({each.stamp * 1e-9:.3f} s){more}')
 
 
 def _publication(parameters: SimParameters) -> 'ContactPublication':
