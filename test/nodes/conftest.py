@@ -1,6 +1,7 @@
 import os
 
 import pytest
+from ros_interfaces import provide_interfaces
 from ros_processes import ros_domain
 
 
@@ -15,3 +16,9 @@ def ros(tmp_path):
 def times():
     """Return how many times: ``times(quick, thorough)``; UR5_ROS_THOROUGH is thorough."""
     return lambda quick, thorough: thorough if os.environ.get('UR5_ROS_THOROUGH') else quick
+
+
+@pytest.fixture(scope='session')
+def interfaces():
+    """Variables that make control_msgs and simulation_interfaces importable in a child process."""
+    return provide_interfaces()

@@ -3,6 +3,7 @@
 import resource
 import signal
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from ur5_ros.config.parameter_files import matches, sections
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import position_and_quaternion
+from ur5_ros.nodes.ros import background_executor
 from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals, Throttle
 from ur5_ros.nodes.ros.environment import check_environment
@@ -159,6 +161,30 @@ def test_requests_of_other_threads_are_done_by_the_loop_in_turn():
         requests.serve()
         other.join(0.01)
     assert done == [threading.get_ident(), 'refused']
+
+
+def test_a_request_that_was_refused_for_its_wait_is_not_done_later(monkeypatch):
+    monkeypatch.setattr(background_executor, 'REQUEST_TIMEOUT', 0.05)
+    requests, done, answers = LoopRequests(lambda: None), [], []
+
+    def ask(work):
+        try:
+            answers.append(requests.call(work))
+        except InputError as error:
+            answers.append(str(error))
+
+    waiting = threading.Thread(target=ask, args=(lambda: done.append('late'),))
+    waiting.start()
+    waiting.join()
+    requests.serve()
+    assert done == [] and 'busy' in answers.pop()
+    # what was begun in time is waited for, however long it takes
+    slow = threading.Thread(target=ask, args=(lambda: time.sleep(0.2) or done.append('slow'),))
+    slow.start()
+    while slow.is_alive():
+        requests.serve()
+        time.sleep(0.001)
+    assert done == ['slow'] and answers == [None]
 
 
 def test_refusals_are_all_counted_and_told_now_and_then():

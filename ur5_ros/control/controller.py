@@ -31,7 +31,12 @@ from ur5_ros.control.settings import changed, settings_from
 from ur5_ros.control.state_validation import StateStatus, StateValidator, joint_beyond
 from ur5_ros.control.takeover import plan_autostart, plan_rest
 from ur5_ros.control.targets import wrench_in_base
-from ur5_ros.control.tolerances import JointTolerance, Verdict, resolve_tolerances
+from ur5_ros.control.tolerances import (
+    JointTolerance,
+    ResultCode,
+    Verdict,
+    resolve_tolerances,
+)
 from ur5_ros.control.torque_limits import limit_torque
 from ur5_ros.errors import InputError
 from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
@@ -325,8 +330,11 @@ class Controller:
         self.parameters = parameters
 
     def lose_states(self) -> None:
-        """Report 'waiting for states' until the next state comes."""
+        """Report 'waiting for states' until the next one comes; a goal of the action ends."""
         self._waiting = True
+        if self._goals.active:
+            self._goals.end(Verdict(ResultCode.INVALID_GOAL, 'states stopped coming'))
+            self._plan('hold, since states stopped coming', planning.plan_stop)
 
     def status(self) -> dict[str, Any]:
         """Return the values of the diagnostics: numbers and texts."""

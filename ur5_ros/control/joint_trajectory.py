@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.control.quintic import powers, quintic
+from ur5_ros.control.tolerances import GoalError, ResultCode
 from ur5_ros.control.tool_motion import check_limits
 from ur5_ros.control.trajectory import SECOND
 from ur5_ros.errors import InputError
@@ -185,9 +186,8 @@ def check_points(
                          'allow_nonzero_velocity_at_trajectory_end')
     if start and start + last.time_from_start < now:
         late = (now - start - last.time_from_start) / SECOND
-        raise InputError(f'the trajectory ended {late:.3f} s ago; give a later stamp, or stamp '
-                         '0 to '
-                         'start at once')
+        raise GoalError(ResultCode.OLD_HEADER_TIMESTAMP, f'the trajectory ended {late:.3f} s ago; '
+                        'give a later stamp, or stamp 0 to start at once')
 
 
 def _check_arrays(point: TrajectoryPoint, number: int, joints: int) -> None:

@@ -11,6 +11,7 @@ from ur5_ros.control.joint_trajectory import TrajectoryPoint, check_points, join
 from ur5_ros.control.point_to_point import point_to_point, smooth_stop
 from ur5_ros.control.settings import Settings
 from ur5_ros.control.targets import in_base, solve_pose
+from ur5_ros.control.tolerances import GoalError, ResultCode
 from ur5_ros.control.tool_motion import Branch, tool_motion
 from ur5_ros.control.trajectory import SECOND, Trajectory, TrajectorySequence
 from ur5_ros.errors import InputError
@@ -134,7 +135,10 @@ def plan_trajectory(
         :func:`~ur5_ros.control.joint_trajectory.joint_spline`.
 
     """
-    order = joint_order(names, settings.joint_names)
+    try:
+        order = joint_order(names, settings.joint_names)
+    except InputError as error:
+        raise GoalError(ResultCode.INVALID_JOINTS, str(error)) from None
     check_points(points, len(order), stamp, now, settings.allow_nonzero_end_velocity)
     return Plan(joint_spline(points, order, start, stamp - now if stamp else 0, settings.arm))
 

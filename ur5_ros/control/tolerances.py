@@ -24,6 +24,24 @@ class ResultCode(IntEnum):
     GOAL_TOLERANCE_VIOLATED = -5
 
 
+class GoalError(InputError):
+    """
+    A goal that cannot be followed.
+
+    Parameters
+    ----------
+    code : ResultCode
+        Why, as the action defines it.
+    sentence : str
+        The value, the limit, the way out.
+
+    """
+
+    def __init__(self, code: ResultCode, sentence: str):
+        super().__init__(sentence)
+        self.code = code
+
+
 class JointTolerance(NamedTuple):
     """As control_msgs/JointTolerance: 0 = the default, -1 = no limit."""
 

@@ -119,3 +119,9 @@ def _compiled() -> Callable[..., int]:
     kernel = kernels().engine_torque
     kernel.prepare()
     return kernel.single
+
+
+def prepare_kernels() -> None:
+    """Compile, or load, what friction and stops need; any thread may call it."""
+    kernels().friction.prepare()
+    _compiled()

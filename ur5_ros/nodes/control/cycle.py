@@ -62,7 +62,8 @@ class ControlCycle:
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
         self._rate = ControlRate(parameters.control_rate)
-        self._controller_rate: int | None = self._rate.value or DEFAULT_RATE
+        self.controller_rate: int | None = self._rate.value or DEFAULT_RATE
+        """Rate that the controller is made for [Hz]; None = it holds, as the rate is unknown."""
         self._awaits_rate = True
         self._reported_after = -1
         self._autostart = parameters.autostart
@@ -125,7 +126,7 @@ class ControlCycle:
         """Forget the run before: the next state is a first one."""
         self._rate.begin_run(keep_report=self._reported_after == self.stamp)
         self._awaits_rate, self._reported_after = True, -1
-        self._make_controller(self._rate.value or self._controller_rate or DEFAULT_RATE)
+        self._make_controller(self._rate.value or self.controller_rate or DEFAULT_RATE)
         self.stamp = 0
         self._last = b''
         self.hash = PayloadHash(self._reader.layout)
@@ -161,7 +162,7 @@ class ControlCycle:
             return  # of a second simulator, or of one that has not begun yet
         self._rate.report(rate)
         self._reported_after = self.stamp
-        self._awaits_rate = self._awaits_rate or self._rate.value != self._controller_rate
+        self._awaits_rate = self._awaits_rate or self._rate.value != self.controller_rate
 
     def _may_answer(self, stamp: int) -> bool:
         """Return whether the rate is known, or was awaited long enough: the arm is then held."""
@@ -170,7 +171,7 @@ class ControlCycle:
         rate = self._rate.value
         if rate is None and time.monotonic() - self.first_at < RATE_TIMEOUT:
             return False
-        if rate != self._controller_rate:
+        if rate != self.controller_rate:
             self._make_controller(rate)
             self._logger.info(f'{rate} states a second, by the {self._rate.source}' if rate else
                               'nothing reports the control rate: the arm is held until stamps '
@@ -184,7 +185,7 @@ class ControlCycle:
         parameters = before.parameters.replaced(
             {'autostart': self._autostart and rate is not None})
         self.controller = Controller(before.arm, parameters, rate)
-        self._controller_rate = rate
+        self.controller_rate = rate
 
     def _monitor(self, state: ArmState, answer: ControlOutput) -> None:
         arm = self.controller.arm

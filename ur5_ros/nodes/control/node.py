@@ -15,7 +15,7 @@ from ur5_ros.config import arm_text
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.topics import CONTROL_NODE, CONTROL_TOPICS
-from ur5_ros.control.controller import controller_from_parameters
+from ur5_ros.control.controller import Controller, controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.control.cycle import ControlCycle
 from ur5_ros.nodes.control.inputs import ControlInputs
@@ -33,6 +33,8 @@ from ur5_ros.nodes.ros.topics import Topics, incompatible_publishers, make_loop
 
 #: Longest wait before signals, services and the watchdog are looked at [s].
 POLL_PERIOD = 0.05
+#: Wall time for the results of goals that the end of the node aborts [s].
+RESULT_TIMEOUT = 0.3
 #: A simulator names its run every second; after this wall time the run is over [s].
 NAME_TIMEOUT = 2.5
 #: Wall time after the first state in which a run may still be named [s].
@@ -92,7 +94,7 @@ class ControlNode:
         self._reported_rate = 0.0
         self._every_second = EverySecond()
         self._waiting_line = Throttle()
-        offer_services(self.node, self)
+        self.trajectories = offer_services(self.node, self)
         poll_graph(self.node, self._poll_graph)
         self._loop.start()
 
@@ -122,6 +124,15 @@ class ControlNode:
                 self.recording.write(record, data)
         except Exception as error:  # without an answer the robot brakes; the next state may do
             self.refusals.add(topic, 'fault', fault(self._logger, error))
+
+    def prepare(self, changes: dict[str, Any]) -> None:
+        """Refuse changes, or compile what they need: a controller of its own tries them."""
+        controller = self.cycle.controller
+        state, _ = controller.last
+        trial = Controller(controller.arm, controller.parameters.replaced(
+            {**changes, 'experiment': '', 'autostart': False}), self.cycle.controller_rate)
+        if state is not None:
+            trial.update(state)
 
     def change(self, changes: dict[str, Any]) -> None:
         """Change live parameters; they act from the next state, and the bag knows."""
@@ -223,8 +234,19 @@ class ControlNode:
         if self._waiting_line('waiting'):
             self._logger.info(f'waiting for states on {self._names["joint_states"]}')
 
+    def _end_goals(self) -> None:
+        """Go on until open goals of the action have their results, which takes a moment."""
+        if self.trajectories is None or self.trajectories.idle:
+            return
+        self.trajectories.close()
+        end = time.monotonic() + RESULT_TIMEOUT
+        while time.monotonic() < end:  # the middleware sends the results meanwhile
+            if not self.turn():
+                time.sleep(0.001)
+
     def end(self, reason: str) -> int:
         """Close the bag, and return the exit code."""
+        self._end_goals()
         self.requests.close()
         self._loop.close()
         if self.recording.where and not self.recording.is_open and self.cycle.first_at:

@@ -6,12 +6,12 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ur5_ros.config import CONTROL_PARAMETERS
-from ur5_ros.nodes.control.trajectory_action import offer_trajectory_action
+from ur5_ros.nodes.control.trajectory_action import TrajectoryAction, offer_trajectory_action
 from ur5_ros.nodes.ros.background_executor import add_service
 from ur5_ros.nodes.ros.parameters import serve
 
 
-def offer_services(node: Node, control: Any) -> None:
+def offer_services(node: Node, control: Any) -> TrajectoryAction | None:
     """
     Offer ``~/start_experiment``, ``~/hold``, the parameters and, if it can be, the action.
 
@@ -21,6 +21,11 @@ def offer_services(node: Node, control: Any) -> None:
         The node.
     control : Steering
         Whose loop does what is asked.
+
+    Returns
+    -------
+    TrajectoryAction or None
+        The action, if it is offered.
 
     """
     def start(request: Any) -> str:
@@ -35,5 +40,5 @@ def offer_services(node: Node, control: Any) -> None:
     add_service(node, Trigger, '~/start_experiment', start)
     add_service(node, Trigger, '~/hold', hold)
     serve(node, CONTROL_PARAMETERS,
-          lambda changes: control.requests.call(lambda: control.change(changes)))
-    control.trajectories = offer_trajectory_action(node, control)
+          lambda changes: control.requests.call(lambda: control.change(changes)), control.prepare)
+    return offer_trajectory_action(node, control)

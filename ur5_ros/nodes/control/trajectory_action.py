@@ -1,8 +1,9 @@
 """
 The action ``~/follow_joint_trajectory`` for MoveIt and its like, where control_msgs is installed.
 
-control_msgs is not on PyPI: what is here beyond :func:`goal_arguments` runs in no test of ours.
-All judging is in :mod:`ur5_ros.control.tolerances` and tested there.
+It behaves as the joint_trajectory_controller of ros2_controllers 4.42 does: invalid goals are
+rejected, a goal executes until its verdict, and a new goal replaces the one before. The judging is
+in :mod:`ur5_ros.control.tolerances`.
 """
 
 from typing import Any
@@ -11,7 +12,7 @@ from rclpy.node import Node
 
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
-from ur5_ros.control.tolerances import JointTolerance, ResultCode, Verdict
+from ur5_ros.control.tolerances import GoalError, JointTolerance, ResultCode, Verdict
 from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
@@ -21,13 +22,13 @@ MONITOR_RATE = 20.0
 
 def offer_trajectory_action(node: Node, control: Any) -> 'TrajectoryAction | None':
     """
-    Offer ``~/follow_joint_trajectory`` if control_msgs can be imported.
+    Offer ``~/follow_joint_trajectory`` if control_msgs can be imported; log a line if not.
 
     Parameters
     ----------
     node : rclpy.node.Node
         The node.
-    control : Steering
+    control : ControlNode
         Whose controller follows.
 
     Returns
@@ -39,6 +40,8 @@ def offer_trajectory_action(node: Node, control: Any) -> 'TrajectoryAction | Non
     try:
         from control_msgs.action import FollowJointTrajectory
     except ImportError:
+        node.get_logger().info('control_msgs is not installed: there is no action '
+                               '~/follow_joint_trajectory (ros-jazzy-control-msgs)')
         return None
     return TrajectoryAction(node, control, FollowJointTrajectory)
 
@@ -57,7 +60,16 @@ def goal_arguments(goal: Any) -> dict[str, Any]:
     dict
         Keyword arguments.
 
+    Raises
+    ------
+    InputError
+        If it has joints of several degrees of freedom, of which the arm has none.
+
     """
+    if (goal.multi_dof_trajectory.joint_names or goal.component_path_tolerance
+            or goal.component_goal_tolerance):
+        raise InputError('the goal has joints of several degrees of freedom; leave '
+                         'multi_dof_trajectory and component_*_tolerance empty')
     trajectory = goal.trajectory
     return {
         'names': list(trajectory.joint_names),
@@ -80,7 +92,7 @@ class TrajectoryAction:
     ----------
     node : rclpy.node.Node
         The node.
-    control : Steering
+    control : ControlNode
         Whose controller follows.
     action_type : type
         control_msgs.action.FollowJointTrajectory.
@@ -88,57 +100,104 @@ class TrajectoryAction:
     """
 
     def __init__(self, node: Node, control: Any, action_type: Any) -> None:
-        from rclpy.action import ActionServer, CancelResponse  # needed here alone
+        from rclpy.action import ActionServer, CancelResponse, GoalResponse  # used here alone
+
+        class Server(ActionServer):
+            """An action server whose goals execute until :meth:`TrajectoryAction._finish`."""
+
+            def notify_execute(self, goal_handle: Any, execute_callback: Any) -> None:
+                if execute_callback is not None:
+                    super().notify_execute(goal_handle, execute_callback)
+
         self._control, self._type = control, action_type
+        self._responses = {True: GoalResponse.ACCEPT, False: GoalResponse.REJECT}
+        self._logger = node.get_logger()
+        self._begun: tuple[Controller, int] | None = None
         self._open: list[tuple[Any, Controller, int]] = []
-        self._server = ActionServer(
-            node, action_type, '~/follow_joint_trajectory', self._no_verdict,
-            handle_accepted_callback=self._accept,
+        self._ending = False
+        self._server = Server(
+            node, action_type, '~/follow_joint_trajectory', self._result,
+            goal_callback=self._begin, handle_accepted_callback=self._accept,
             cancel_callback=lambda goal: CancelResponse.ACCEPT)
         self._timer = node.create_timer(1.0 / MONITOR_RATE, self._look)
 
-    def _accept(self, goal: Any) -> None:
-        """Begin to follow; a goal that the controller refuses is aborted at once."""
+    def close(self) -> None:
+        """Abort what is open; the results are on their way when :attr:`idle` is true."""
+        self._ending = True
+
+    @property
+    def idle(self) -> bool:
+        """Whether no goal waits for its result."""
+        return not self._open
+
+    def _begin(self, goal: Any) -> Any:
+        """Begin to follow a goal, which is then accepted, or reject it with a line in the log."""
+        def begin() -> tuple[Controller, int]:
+            controller = self._control.cycle.controller
+            return controller, controller.follow_joint_trajectory(**arguments)
+
         try:
-            arguments = goal_arguments(goal.request)
-            number = self._ask(lambda controller: controller.follow_joint_trajectory(**arguments))
-        except InputError as refusal:
-            self._finish(goal, Verdict(ResultCode.INVALID_GOAL, str(refusal)))
-            return
-        self._open.append((goal, self._control.cycle.controller, number))
+            if self._ending:
+                raise InputError('the node is ending; start it again')
+            arguments = goal_arguments(goal)
+            self._begun = self._control.requests.call(begin)
+        except InputError as error:
+            code = error.code if isinstance(error, GoalError) else ResultCode.INVALID_GOAL
+            self._logger.warning(f'goal rejected: {code.name} ({code:d}): {error}')
+            self._begun = None
+        return self._responses[self._begun is not None]
+
+    def _accept(self, goal: Any) -> None:
+        """Let an accepted goal execute until its verdict."""
+        assert self._begun is not None, 'accepted goals have begun'
+        goal.execute()
+        self._open.append((goal, *self._begun))
 
     def _look(self) -> None:
-        """Hand out what has ended, stop what was cancelled, publish the progress of the others."""
+        """Hand out what has ended, stop what was cancelled, report how far the others are."""
         still_open = []
-        for goal, begun_by, number in self._open:
-            verdict = begun_by.goal_verdict(number)
-            if verdict is None and begun_by is not self._control.cycle.controller:
-                verdict = Verdict(ResultCode.INVALID_GOAL, 'the robot started again')
-            if verdict is None and goal.is_cancel_requested:
-                self._ask(lambda controller: controller.hold())
-                verdict = begun_by.goal_verdict(number)
+        for goal, controller, number in self._open:
+            verdict = self._verdict(goal, controller, number)
             if verdict is None:
                 goal.publish_feedback(self._feedback())
-                still_open.append((goal, begun_by, number))
+                still_open.append((goal, controller, number))
             else:
                 self._finish(goal, verdict)
         self._open = still_open
 
+    def _verdict(self, goal: Any, controller: Controller, number: int) -> Verdict | None:
+        """Return how a goal ended; None while it is on."""
+        verdict = controller.goal_verdict(number)
+        if verdict is not None:
+            return verdict
+        if self._ending:
+            return Verdict(ResultCode.INVALID_GOAL, 'the node is ending')
+        if controller is not self._control.cycle.controller:
+            return Verdict(ResultCode.INVALID_GOAL, 'the robot started again')
+        if goal.is_cancel_requested:
+            self._control.requests.call(controller.hold)
+            return Verdict(ResultCode.SUCCESSFUL, 'cancelled; the arm comes to rest')
+        return None
+
     def _finish(self, goal: Any, verdict: Verdict) -> None:
+        """Set the final state of a goal and hand out its result."""
         def end(goal: Any) -> Any:
+            code = verdict.code
             if goal.is_cancel_requested:
                 goal.canceled()
-            elif verdict.code == ResultCode.SUCCESSFUL:
+                code = ResultCode.SUCCESSFUL
+            elif code == ResultCode.SUCCESSFUL:
                 goal.succeed()
             else:
                 goal.abort()
-            return self._type.Result(error_code=int(verdict.code), error_string=verdict.message)
+                self._logger.warning(f'goal aborted: {code.name} ({code:d}): {verdict.message}')
+            return self._type.Result(error_code=int(code), error_string=verdict.message)
 
-        goal.execute(end)
+        self._server.notify_execute(goal, end)
 
     def _feedback(self) -> Any:
         controller = self._control.cycle.controller
-        state, answer = self._ask(lambda controller: controller.last)
+        state, answer = self._control.requests.call(lambda: controller.last)
         prefix = controller.parameters.tf_prefix
         feedback = self._type.Feedback(joint_names=[prefix + name for name in JOINT_NAMES])
         feedback.header.stamp.sec, feedback.header.stamp.nanosec = divmod(answer.stamp, 10**9)
@@ -149,13 +208,10 @@ class TrajectoryAction:
             point.positions, point.velocities = q.tolist(), qd.tolist()
         return feedback
 
-    def _ask(self, question: Any) -> Any:
-        return self._control.requests.call(lambda: question(self._control.cycle.controller))
-
-    def _no_verdict(self, goal: Any) -> Any:
+    def _result(self, goal: Any) -> Any:
+        """Return the result of a goal that is executed at once, as none is."""
         goal.abort()
-        return self._type.Result(error_code=int(ResultCode.INVALID_GOAL),
-                                 error_string='the node is ending')
+        return self._type.Result(error_code=int(ResultCode.INVALID_GOAL))
 
 
 def _nanoseconds(time: Any) -> int:

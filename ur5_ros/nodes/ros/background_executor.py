@@ -50,7 +50,8 @@ class LoopRequests:
         Raises
         ------
         InputError
-            If the work is refused, or the loop does not get round to it.
+            If the work is refused, or the loop does not begin it within
+            :data:`REQUEST_TIMEOUT`; it is then not done later either.
 
         """
         if threading.get_ident() == self._loop_thread:
@@ -58,8 +59,10 @@ class LoopRequests:
         request = _Request(work)
         self._waiting.append(request)
         self._wake()
-        if self._closed or not request.done.wait(REQUEST_TIMEOUT):
+        timeout = 0.0 if self._closed else REQUEST_TIMEOUT
+        if not request.done.wait(timeout) and request.claim():
             raise InputError('the node is busy or ending; try again')
+        request.done.wait()  # begun: its end is near
         if request.error is not None:
             raise request.error
         return request.result
@@ -73,6 +76,8 @@ class LoopRequests:
         """Do what is waiting; the loop calls it between two periods."""
         while self._waiting:
             request = self._waiting.popleft()
+            if not request.claim():
+                continue
             try:
                 request.result = request.work()
             except InputError as error:
@@ -94,6 +99,11 @@ class _Request:
         self.done = threading.Event()
         self.result: Any = None
         self.error: InputError | None = None
+        self._claimed = threading.Lock()
+
+    def claim(self) -> bool:
+        """Return whether the loop that begins it, or the caller that gives up, is the first."""
+        return self._claimed.acquire(blocking=False)
 
 
 class BackgroundExecutor:

@@ -58,6 +58,7 @@ def declare(node: Node, record: type[Record], elsewhere: Collection[str] = ()) -
 
 def serve(
     node: Node, parameters: Sequence[Parameter], change: Callable[[dict[str, Any]], None],
+    prepare: Callable[[dict[str, Any]], None],
 ) -> None:
     """
     Let ``change(changes)`` have every live change; what it refuses is refused.
@@ -70,6 +71,9 @@ def serve(
         The same as declared.
     change : callable
         Takes checked values by name into effect, all or none; raises InputError.
+    prepare : callable
+        Is called with the same before, in the thread that serves: compiles what they need, so
+        that the loop does not have to.
 
     """
     known = {each.name: each for each in parameters}
@@ -85,6 +89,7 @@ def serve(
             checked = {each.name: check(known[each.name], _plain(each.value))
                        for each in given if each.name in known}
             if checked:
+                prepare(checked)
                 change(checked)
         except InputError as error:
             return SetParametersResult(successful=False, reason=str(error))

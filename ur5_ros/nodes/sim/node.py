@@ -111,16 +111,25 @@ class SimNode:
         if self.simulation.finished:
             self.stop.ask('stop_after')
         if self._every_second.due():
+            self.steps.expire(self.simulation)
             report(self)
         return busy
 
     def pause(self, paused: bool) -> str:
         """Stop or let go simulated time."""
         word = self.simulation.pause(paused)
+        self.simulation.stopped = False
         if not self.simulation.paused:
             self.steps.refuse_all(self.simulation, 'the pause ended first')
             self.gate.resumed()
         return word
+
+    def stop_simulation(self) -> None:
+        """Put the arm back and let time stand still; periods under way are not taken."""
+        self.pause(True)
+        self.steps.refuse_all(self.simulation, 'the simulation was stopped')
+        self.reset()
+        self.simulation.stopped = True
 
     def reset(self) -> str:
         """Put the arm back to its initial state."""
@@ -129,12 +138,21 @@ class SimNode:
         return word
 
     def change(self, changes: dict[str, Any]) -> None:
-        """Change live parameters; they act from the next period."""
-        now = self.simulation.plant.parameters.by_name()
-        for name, value in changes.items():
-            if value != now[name]:
-                self.simulation.plant.change(name, value)
-        self.simulation.send_events(self.simulation.plant)
+        """Change live parameters, all or none; they act from the next period."""
+        plant = self.simulation.plant
+        before = plant.parameters.by_name()
+        done: list[str] = []
+        try:
+            for name, value in changes.items():
+                if value != before[name]:
+                    done.append(name)
+                    plant.change(name, value)
+        except Exception:
+            for name in done:
+                plant.change(name, before[name])
+            raise
+        finally:
+            self.simulation.send_events(plant)
 
     def end(self, reason: str) -> int:
         """Bring the arm to rest, close the bag, and return the exit code."""

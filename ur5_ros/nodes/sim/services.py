@@ -1,5 +1,6 @@
 """Services and live parameters of the simulator, each a request to the loop."""
 
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -8,11 +9,12 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from ur5_ros.config import SIM_PARAMETERS
-from ur5_ros.nodes.ros.background_executor import REQUESTS, add_service
+from ur5_ros.nodes.ros.background_executor import REQUEST_TIMEOUT, REQUESTS, add_service
 from ur5_ros.nodes.ros.parameters import serve
 from ur5_ros.nodes.ros.wait_set_loop import ReservedGroup
 from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.nodes.sim.simulation_interfaces import offer_standard_services
+from ur5_ros.sim.integrator import prepare_kernels
 
 #: Single steps that may wait for their turn.
 MOST_WAITING = 100
@@ -46,6 +48,7 @@ class StepQueue:
         self._services: list[tuple[Any, Callable, Callable]] = []
         self._waiting: deque[StepRequest] = deque()
         self._taken = 0
+        self._progress_at = 0.0
 
         def fill(response: Trigger.Response, success: bool, message: str) -> None:
             response.success, response.message = success, message
@@ -91,11 +94,16 @@ class StepQueue:
                 step = StepRequest(service, header, fill, steps_of(request))
                 if not simulation.paused:
                     _respond(step, False, 'time is running; call ~/pause with true first')
+                elif simulation.stopped:
+                    _respond(step, False, 'the simulation is stopped; call ~/pause with true '
+                             'first')
                 elif len(self._waiting) >= MOST_WAITING:
                     _respond(step, False, f'{MOST_WAITING} requests wait; wait for them')
                 elif step.steps < 1:
                     _respond(step, True, f'state {simulation.plant.k} stands')
                 else:
+                    if not self._waiting:
+                        self._progress_at = time.monotonic()
                     self._waiting.append(step)
                     simulation.steps_requested += step.steps
                     accepted = True
@@ -104,9 +112,16 @@ class StepQueue:
     def answer(self, simulation: Simulation) -> None:
         """Take note of a period; answer the first request if it was its last."""
         self._taken += 1
+        self._progress_at = time.monotonic()
         if self._taken >= self._waiting[0].steps:
             self._taken = 0
             _respond(self._waiting.popleft(), True, f'state {simulation.plant.k} is out')
+
+    def expire(self, simulation: Simulation) -> None:
+        """Refuse requests whose periods are not taken, as no command comes in lockstep."""
+        if self._waiting and time.monotonic() - self._progress_at > REQUEST_TIMEOUT:
+            self.refuse_all(simulation, f'no command came within {REQUEST_TIMEOUT:g} s, which '
+                            'lockstep waits for; start a controller, or use lockstep:=false')
 
     def refuse_all(self, simulation: Simulation, why: str) -> None:
         """Answer all requests that will not get their periods."""
@@ -142,4 +157,10 @@ def offer_services(node: Node, sim: Any) -> None:
                 lambda request: call(sim.simulation.zero_force_torque_sensor))
 
     offer_standard_services(node, sim)
-    serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)))
+    serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)), _prepare)
+
+
+def _prepare(changes: dict[str, Any]) -> None:
+    """Compile, or load, the kernels that friction needs and a plain arm does not."""
+    if any(name.startswith('friction') for name in changes):
+        prepare_kernels()

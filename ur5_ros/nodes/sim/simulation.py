@@ -47,6 +47,8 @@ class Simulation:
         self.outputs = outputs
         self.logger = logger
         self.paused = False
+        self.stopped = False
+        """Whether it is paused in its initial state, not to be stepped, as the standard says."""
         self.steps_requested = 0
         """Periods to take while paused."""
         rate = parameters.control_rate

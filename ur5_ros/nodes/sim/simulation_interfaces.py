@@ -1,10 +1,11 @@
 """
 The simulator by the standard services of the package simulation_interfaces, where that is there.
 
-The same functions stand under them as under ``~/pause``, ``~/step`` and ``~/reset``. The package
-comes with a full ROS 2 installation only, so that these services are not run in CI.
+The same functions stand under them as under ``~/pause``, ``~/step`` and ``~/reset``; states and
+result codes are those of simulation_interfaces 1.5.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
@@ -12,13 +13,13 @@ from rclpy.node import Node
 from ur5_ros.errors import InputError
 
 #: simulation_interfaces/msg/SimulationState, field ``state``.
-STOPPED, PLAYING, PAUSED, QUITTING = range(4)
+STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD, LOADING_WORLD = range(6)
 #: simulation_interfaces/msg/Result, field ``result``.
-UNSUPPORTED, OK, INCORRECT_STATE, FAILED = 0, 1, 3, 4
+UNSUPPORTED, OK, FAILED = 0, 1, 4
 #: simulation_interfaces/srv/SetSimulationState, beyond the codes of Result.
-ALREADY_THERE = 101
-#: simulation_interfaces/srv/ResetSimulation, field ``scope``: nothing named, or the state.
-_DEFAULT_SCOPE, _STATE_SCOPE = 0, 2
+ALREADY_THERE, TRANSITION_ERROR, INCORRECT_TRANSITION = 101, 102, 103
+#: simulation_interfaces/srv/ResetSimulation, field ``scope``: default and all are the same.
+_DEFAULT_SCOPE, _STATE_SCOPE, _ALL_SCOPE = 0, 2, 255
 
 #: Names in simulation_interfaces/msg/SimulatorFeatures of what is served.
 FEATURES = ('SIMULATION_RESET', 'SIMULATION_RESET_STATE', 'SIMULATION_STATE_GETTING',
@@ -26,9 +27,11 @@ FEATURES = ('SIMULATION_RESET', 'SIMULATION_RESET_STATE', 'SIMULATION_STATE_GETT
             'STEP_SIMULATION_MULTIPLE')
 
 
-def offer_standard_services(node: Node, sim: Any) -> bool:
+def offer_standard_services(node: Node, sim: Any) -> None:
     """
     Offer GetSimulatorFeatures, Get/SetSimulationState, ResetSimulation and StepSimulation.
+
+    Without the package a line in the log says so.
 
     Parameters
     ----------
@@ -37,27 +40,24 @@ def offer_standard_services(node: Node, sim: Any) -> bool:
     sim : SimNode
         Whose loop does what is asked.
 
-    Returns
-    -------
-    bool
-        Whether the package is there.
-
     """
     try:
         from simulation_interfaces import srv
         from simulation_interfaces.msg import SimulatorFeatures
     except ImportError:
-        return False
+        node.get_logger().info('simulation_interfaces is not installed: no standard services '
+                               '(ros-jazzy-simulation-interfaces)')
+        return
 
     def features(request: Any, response: Any) -> Any:
         response.features.features = [
             getattr(SimulatorFeatures, name) for name in FEATURES
             if hasattr(SimulatorFeatures, name)]
-        response.features.custom_info = 'a reset keeps simulated time going on'
+        response.features.custom_info = 'a reset of any scope lets simulated time go on'
         return response
 
     def get_state(request: Any, response: Any) -> Any:
-        response.state.state = PAUSED if sim.simulation.paused else PLAYING
+        response.state.state = _state(sim)
         response.result.result = OK
         return response
 
@@ -67,15 +67,17 @@ def offer_standard_services(node: Node, sim: Any) -> bool:
         return response
 
     def reset(request: Any, response: Any) -> Any:
-        if request.scope not in (_DEFAULT_SCOPE, _STATE_SCOPE):
-            response.result.result = UNSUPPORTED
-            response.result.error_message = 'only the state can be reset; time goes on'
-            return response
-        response.result.result, response.result.error_message = _done(sim, sim.reset)
+        result = response.result
+        if request.scope in (_DEFAULT_SCOPE, _STATE_SCOPE, _ALL_SCOPE):
+            result.result, result.error_message = _done(sim, sim.reset, FAILED)
+        else:
+            result.result = UNSUPPORTED
+            result.error_message = (f'scope {request.scope}: only the state can be reset, as time '
+                                    'goes on and nothing is spawned; give 0, 2 or 255')
         return response
 
     def fill_step(response: Any, success: bool, message: str) -> None:
-        response.result.result = OK if success else INCORRECT_STATE
+        response.result.result = OK if success else FAILED
         response.result.error_message = '' if success else message
 
     node.create_service(srv.GetSimulatorFeatures, '~/get_simulator_features', features)
@@ -84,29 +86,38 @@ def offer_standard_services(node: Node, sim: Any) -> bool:
     node.create_service(srv.ResetSimulation, '~/reset_simulation', reset)
     sim.steps.offer(srv.StepSimulation, '~/step_simulation',
                     lambda request: int(request.steps), fill_step)
-    return True
+
+
+def _state(sim: Any) -> int:
+    """Return the state as the standard names it."""
+    if sim.stop.reason:
+        return QUITTING
+    if sim.simulation.stopped:
+        return STOPPED
+    return PAUSED if sim.simulation.paused else PLAYING
 
 
 def _set_state(sim: Any, state: int) -> tuple[int, str]:
     """Go to a standard state; return the result code and what went wrong."""
+    if state in (NO_WORLD, LOADING_WORLD):
+        return UNSUPPORTED, f'state {state}: no world is loaded or unloaded here; give 0 to 3'
+    if state > LOADING_WORLD:
+        return UNSUPPORTED, f'state {state} is unknown; give 0 to 3'
+    present = _state(sim)
+    if present == state:
+        return ALREADY_THERE, ''
+    if present == QUITTING:
+        return INCORRECT_TRANSITION, 'the simulator is quitting; start it again'
     if state == QUITTING:
         sim.stop.ask('asked to quit')
         return OK, ''
-    if state == STOPPED:
-        def stop() -> None:
-            sim.pause(True)
-            sim.reset()
-        return _done(sim, stop)
-    if state not in (PLAYING, PAUSED):
-        return UNSUPPORTED, f'state {state} is unknown; give 0 to 3'
-    if sim.simulation.paused == (state == PAUSED):
-        return ALREADY_THERE, ''
-    return _done(sim, lambda: sim.pause(state == PAUSED))
+    change = sim.stop_simulation if state == STOPPED else lambda: sim.pause(state == PAUSED)
+    return _done(sim, change, TRANSITION_ERROR)
 
 
-def _done(sim: Any, work: Any) -> tuple[int, str]:
+def _done(sim: Any, work: Callable[[], Any], failure: int) -> tuple[int, str]:
     try:
         sim.inputs.requests.call(work)
     except InputError as error:
-        return FAILED, str(error)
+        return failure, str(error)
     return OK, ''
