@@ -35,6 +35,7 @@ setup(
         shared('config/arms', '*.yaml'),
         shared('config/experiments', '*.yaml'),
         shared('config/worlds', '*.yaml'),
+        shared('config/presets', '*.yaml'),
         shared('config/sweeps', '*.yaml'),
         shared('config/layouts', '*.*'),
         shared('launch', '*.launch.py'),

@@ -31,6 +31,8 @@ ARGUMENTS = {
     'stop_after': Argument('', 'End after this simulated time [s]; 0.0 (the default of the node) '
                            '= never.', 'number'),
     'bag': Argument('', "'auto' (the default of the node), a folder, or 'none'.", 'bag'),
+    'preset': Argument('', 'A set of parameters that the arguments and params_file do not set: '
+                       'ur_torque_mode.', choices=('ur_torque_mode',)),
     'params_file': Argument('', 'ROS parameters that the arguments do not set.', 'file'),
     'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean'),
 }
@@ -41,6 +43,8 @@ def nodes(values: dict) -> list:
     if 'control_rate' in values:
         values.setdefault('physics_rate', values['control_rate'])
     [files] = parameter_files(values, node_name(values.get('namespace', ''), 'ur5_sim'))
+    if 'preset' in values:
+        files = [str(CONFIG / 'presets' / f'{values["preset"]}.yaml'), *files]
     return [Node(
         package='ur5_ros', executable='sim_node', name='ur5_sim',
         namespace=values.get('namespace', ''), output='screen', emulate_tty=True,

@@ -22,7 +22,8 @@ from ur5_ros.model.parameters import with_payload
 REPO = Path(__file__).resolve().parents[2]
 DATA = REPO / 'test' / 'data'
 PROMISED = {'ur5', 'ur5_kebria2016', 'ur5_description', 'ur5_controller', 'ur5_real', 'ur3',
-            'ur10', 'ur3e', 'ur5e', 'ur10e', 'ur16e', 'ur20', 'ur30'}
+            'ur10', 'ur3e', 'ur5e', 'ur7e', 'ur8long', 'ur10e', 'ur12e', 'ur15', 'ur16e', 'ur18',
+            'ur20', 'ur30', 'ur5e_real', 'ur10e_real'}
 
 
 def test_every_promised_arm_is_there():

@@ -274,3 +274,12 @@ if HAVE_LAUNCH:  # a full ROS installation: launch and launch_ros are not among 
             else:
                 processes += hasattr(entity, 'node_executable')
         assert processes
+
+
+def test_a_preset_decides_what_nobody_typed():
+    (simulator,), _ = launched('sim', preset='ur_torque_mode', arm='ur10e_real', bag='')
+    sheet, preset, typed = simulator.parameters
+    assert sheet.endswith('sim.yaml') and preset.endswith('presets/ur_torque_mode.yaml')
+    assert typed == {'arm': 'ur10e_real', 'bag': ''}
+    (plain,), _ = launched('sim')
+    assert plain.parameters[-1]['lockstep'] is True and len(plain.parameters) == 2

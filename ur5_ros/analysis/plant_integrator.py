@@ -11,7 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.config.friction import joint_friction
 from ur5_ros.model.dynamics import forward_dynamics, inertia_matrix, inverse_dynamics
+from ur5_ros.model.friction import AT_REST, JointFriction
 from ur5_ros.model.kinematics import jacobian
 from ur5_ros.model.parameters import ArmParameters, Payload, with_payload
 
@@ -25,17 +27,46 @@ class PlantModel:
 
     arm: ArmParameters
     """The arm with every payload and the gravity in force."""
-    viscous: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    """Viscous friction [N m s/rad], shape (6,)."""
-    coulomb: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    """Coulomb friction [N m], shape (6,)."""
+    friction: JointFriction = field(default_factory=JointFriction)
+    """What resists the motion of each joint."""
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     """Force [N] and torque [N m] on the tool at the origin of tool0, in base, shape (6,)."""
 
-    @property
-    def frictionless(self) -> bool:
-        """Whether no friction acts."""
-        return not (np.any(self.viscous) or np.any(self.coulomb))
+    def resistance(self, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, ...]:
+        """
+        Return friction as it is in the step after a state.
+
+        The torque against the motion is damping qd' + offset + level Sgn(qd') at the new speed.
+        Written anew here, not taken from :mod:`ur5_ros.model.friction`: the analysis is a witness
+        of the simulator.
+
+        Parameters
+        ----------
+        q, qd : numpy.ndarray, shape (n, 6)
+            States [rad, rad/s], manufacturer's angles.
+
+        Returns
+        -------
+        damping, level, offset : numpy.ndarray, shape (n, 6)
+            [N m s/rad], [N m], [N m].
+
+        """
+        part, speed = self.friction, np.abs(qd)
+        peak = np.maximum(part.static - part.coulomb, 0.0)
+        level = part.coulomb + peak * np.exp(-np.square(speed / part.stribeck_velocity))
+        level = part.temperature_factor * (level + part.load_factor * self._load(q, qd))
+        growth = np.polynomial.polynomial.polyval(speed, np.array([
+            part.viscous, part.viscous_quadratic, part.viscous_cubic]), tensor=False)
+        forwards = 1.0 + part.asymmetry * np.where(speed < AT_REST, 0.0, np.sign(qd))
+        damping = part.temperature_factor * forwards * np.maximum(growth, 0.0)
+        return damping, level, part.asymmetry * level
+
+    def _load(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        """Return the size of the torque that the joints transmit without acceleration [N m]."""
+        if not np.any(self.friction.load_factor):
+            return np.zeros(q.shape)
+        carried = inverse_dynamics(q + self.arm.angle_offset, qd, np.zeros(q.shape), self.arm)
+        return np.abs(carried - self.external(q))
 
     def external(self, q: np.ndarray) -> np.ndarray:
         """Return J^T w, the joint torque of the wrench at q [rad]; both of shape (..., 6)."""
@@ -48,13 +79,17 @@ class PlantModel:
 def plant_models(run: Run) -> list[tuple[int, PlantModel]]:
     """Return the model in force from each row on: ``(first row, model)``, from row 0."""
     sim = run.required_sim
-    values = {name: sim.parameters[name] for name in (
-        'payload.mass', 'payload.com', 'friction.viscous', 'friction.coulomb', 'gravity')}
-    wrench = np.zeros(6)
-    found = [(0, _plant_model(sim.arm, values, wrench))]
+    values = {name: value for name, value in sim.parameters.items()
+              if name == 'gravity' or name.startswith(('payload.', 'friction.'))}
+    wrench, payload = np.zeros(6), _payload(values)
+    found = [(0, _plant_model(sim.arm, values, payload, wrench))]
     for event in run.events:
         if event.kind == 'parameter' and event.values.get('name') in values:
             values[event.values['name']] = event.values['value']
+            if values['payload.transition_time'] == 0.0:
+                payload = _payload(values)
+        elif event.kind == 'payload':
+            payload = tuple(event.values[name] for name in ('mass', 'com', 'inertia'))
         elif event.kind == 'wrench':
             wrench = np.array([*event.values['force'], *event.values['torque']], dtype=float)
         else:
@@ -62,7 +97,7 @@ def plant_models(run: Run) -> list[tuple[int, PlantModel]]:
         row = int(np.searchsorted(run.stamp, event.stamp))
         if found[-1][0] == row:
             found.pop()
-        found.append((row, _plant_model(sim.arm, values, wrench)))
+        found.append((row, _plant_model(sim.arm, values, payload, wrench)))
     return found
 
 
@@ -74,9 +109,9 @@ def predict(
 
     ``effort`` is the torque in each physics step [N m], shape (n, substeps, 6).
 
-    Each physics step of ``h`` [s] solves M (qd' - qd)/h + C qd + g + D qd' + f(qd') = effort +
-    J^T w for qd', f being Coulomb friction at the new velocity, and takes q' = q + h qd'.  NaN
-    where no set of sticking joints was found.
+    Each physics step of ``h`` [s] solves M (qd' - qd)/h + C qd + g + f(qd') = effort + J^T w for
+    qd', f being friction at the new velocity, and takes q' = q + h qd'.  NaN where no set of
+    sticking joints was found.
 
     """
     for i in range(substeps):
@@ -116,13 +151,14 @@ def _step(model: PlantModel, q, qd, effort, h: float) -> tuple[np.ndarray, np.nd
         return after[0], after[1]
     angles = q + arm.angle_offset
     torque = effort + model.external(q)
-    if model.frictionless:
+    if model.friction.none:
         qd = qd + h * forward_dynamics(angles, qd, torque, arm)
     else:
         A = inertia_matrix(angles, arm) / h
         drive = torque - inverse_dynamics(angles, qd, np.zeros(qd.shape), arm)
-        A[:, range(6), range(6)] += model.viscous
-        qd = qd + friction_step(A, drive - model.viscous * qd, qd, model.coulomb)
+        damping, level, offset = model.resistance(q, qd)
+        A[:, range(6), range(6)] += damping
+        qd = qd + friction_step(A, drive - damping * qd - offset, qd, level)
     return q + h * qd, qd
 
 
@@ -137,26 +173,28 @@ def friction_step(
     (Murty's least-index rule; A is positive definite).
 
     """
+    level = np.broadcast_to(level, qd.shape)
     sign = np.where(qd < 0.0, -1.0, 1.0)
     sign[(qd == 0.0) & (level > 0.0)] = 0.0
     delta = np.full(qd.shape, np.nan)
     open_rows = np.arange(len(qd))
     for attempt in range(MAX_GUESSES):
         a, s, v = A[open_rows], sign[open_rows], qd[open_rows]
+        dry = level[open_rows]
         still = (s == 0.0)
         matrix = np.where(still[:, :, None], np.eye(6), a)
-        right = np.where(still, -v, drive[open_rows] - s * level)
+        right = np.where(still, -v, drive[open_rows] - s * dry)
         change = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-        force = np.where(still, drive[open_rows] - np.einsum('nij,nj->ni', a, change), s * level)
+        force = np.where(still, drive[open_rows] - np.einsum('nij,nj->ni', a, change), s * dry)
         z = np.einsum('nii->ni', a) * (v + change) + force
         better = np.where(z < 0.0, -1.0, 1.0)
-        better[(np.abs(z) <= level) & (level > 0.0)] = 0.0
-        wrong = (better != s) & (level > 0.0)
+        better[(np.abs(z) <= dry) & (dry > 0.0)] = 0.0
+        wrong = (better != s) & (dry > 0.0)
         done = ~wrong.any(axis=1)
         delta[open_rows[done]] = change[done]
         if attempt >= ALL_JOINTS_GUESSES:
             wrong[:, 1:] &= ~np.maximum.accumulate(wrong, axis=1)[:, :-1]
-            better[(better == -s) & (level > 0.0)] = 0.0
+            better[(better == -s) & (dry > 0.0)] = 0.0
         sign[open_rows] = np.where(wrong, better, s)
         open_rows = open_rows[~done]
         if not len(open_rows):
@@ -164,13 +202,19 @@ def friction_step(
     return delta
 
 
-def _plant_model(arm: ArmParameters, values: dict, wrench: np.ndarray) -> PlantModel:
-    mass = float(values['payload.mass'])
+def _payload(values: dict) -> tuple:
+    """Return mass, centre of mass and tensor of the body that the parameters describe."""
+    return tuple(values[f'payload.{part}'] for part in ('mass', 'com', 'inertia'))
+
+
+def _plant_model(arm: ArmParameters, values: dict, payload: tuple,
+                 wrench: np.ndarray) -> PlantModel:
+    mass, com, (xx, yy, zz, xy, xz, yz) = payload
     if mass:
         masses, coms, tensors = (np.array(part) for part in arm.bodies)
         declared = replace(arm, mass=masses, com=coms, inertia=tensors, payload=Payload())
-        arm = with_payload(declared, mass, values['payload.com'])
+        arm = with_payload(declared, float(mass), com,
+                           np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
     if len(values['gravity']):
         arm = replace(arm, gravity=np.array(values['gravity'], dtype=float))
-    return PlantModel(arm, np.array(values['friction.viscous'], dtype=float),
-                  np.array(values['friction.coulomb'], dtype=float), wrench)
+    return PlantModel(arm, joint_friction(values), wrench)

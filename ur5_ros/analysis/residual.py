@@ -1,9 +1,11 @@
 """Residuals as torque: of the equations of motion, and of the command."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ur5_ros.analysis.compensation import robot_compensation
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.plant_integrator import PlantModel, predict
 from ur5_ros.model.dynamics import gravity_torque, inertia_matrix, inverse_dynamics
@@ -59,8 +61,9 @@ def _defects(model, q, qd, effort, q_next, qd_next, run):
     angles = q + model.arm.angle_offset
     if n == 1:
         torque = inverse_dynamics(angles, qd, (qd_next - qd) / h, model.arm) - effort[:, 0]
-        torque += model.viscous * qd_next - model.external(q)
-        torque = _beyond_coulomb(torque, qd_next, model.coulomb)
+        damping, level, offset = model.resistance(q, qd)
+        torque += damping * qd_next + offset - model.external(q)
+        torque = _beyond_dry(torque, qd_next, level)
         position = q_next - q - h * qd_next
     else:
         q_end, qd_end = predict(model, q, qd, effort, h, n)
@@ -80,14 +83,18 @@ def command_defect(run: Run) -> np.ndarray:
     """
     Return effort of state k+1 minus the command of state k, shape (n - 1, 6) [N m].
 
-    Gravity is added to the command where the plant adds it.  NaN where there is no answer or no
-    successor, zero where a torque limit explains the difference.
+    Gravity and friction compensation are added to the command where the plant adds them.  NaN
+    where there is no answer or no successor, zero where a torque limit explains the difference.
 
     """
     q, _, effort = run.exact
     command = run.required_command[:-1].copy()
+    if run.sim:
+        command = _limited(command, run.sim.parameters, run.h)
     if run.sim and run.sim.parameters.get('effort_convention') == 'gravity_excluded':
         command += gravity_torque(q[:-1] + run.sim.arm.angle_offset, run.sim.arm)
+    if (added := robot_compensation(run)) is not None:
+        command += added
     if run.sim:
         limit = run.sim.arm.limits.effort
         command = np.clip(command, -limit, limit)
@@ -96,8 +103,20 @@ def command_defect(run: Run) -> np.ndarray:
     return defect
 
 
-def _beyond_coulomb(torque: np.ndarray, qd_next: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Return what is left when Coulomb friction takes its share: all it can where it sticks."""
+def _limited(command: np.ndarray, parameters: Mapping[str, Any], h: float) -> np.ndarray:
+    """Return commands within the limits of torque mode."""
+    largest = np.array(parameters.get('torque_limit') or [np.inf] * 6)
+    change = parameters.get('torque_rate_limit', 0.0) * h
+    if change:
+        command, last = command.copy(), np.zeros(6)
+        for row in command:
+            bounds = np.maximum(-largest, last - change), np.minimum(largest, last + change)
+            row[:] = last = np.where(np.isfinite(row), np.clip(row, *bounds), last)
+    return np.clip(command, -largest, largest)
+
+
+def _beyond_dry(torque: np.ndarray, qd_next: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Return what is left when dry friction takes its share: all it can where it sticks."""
     sticking = np.abs(qd_next) <= STICKING
     return np.where(sticking, torque - np.clip(torque, -level, level),
                     torque + level * np.sign(qd_next))

@@ -108,7 +108,7 @@ def unit_torques(samples: SampleBlocks, arm: ArmParameters) -> dict[str, np.ndar
     Return the torque that a unit of each cause adds, block means: name -> (b, 6, parameters).
 
     ``payload`` (ten inertial parameters about the tool), ``viscous friction``, ``Coulomb
-    friction``, ``armature`` (six each), ``gravity`` (three).
+    friction``, ``load-dependent friction``, ``armature`` (six each), ``gravity`` (three).
 
     """
     load = dynamics_regressor(samples.q, samples.qd, samples.qdd, arm)[..., 50:]
@@ -118,14 +118,40 @@ def unit_torques(samples: SampleBlocks, arm: ArmParameters) -> dict[str, np.ndar
         'payload': load.mean(axis=1),
         'viscous friction': _diagonal(samples.qd_next),
         'Coulomb friction': _diagonal(np.sign(samples.qd_next)),
+        'load-dependent friction': _diagonal(
+            np.sign(samples.qd_next) * np.abs(load_torque(samples, arm))),
         'armature': _diagonal(samples.qdd),
         'gravity': field.mean(axis=1),
     }
 
 
+def load_torque(samples: SampleBlocks, arm: ArmParameters) -> np.ndarray:
+    """Return the torque that the joints transmit without acceleration, (b, w, 6) [N m]."""
+    return inverse_dynamics(samples.q, samples.qd, np.zeros(samples.qd.shape), arm)
+
+
+def stribeck_torque(samples: SampleBlocks, velocity: float) -> np.ndarray:
+    """Return what a unit of friction adds that decays to 1/e at a speed [rad/s], (b, 6, 6)."""
+    return _diagonal(np.sign(samples.qd_next) * np.exp(-np.square(samples.qd / velocity)))
+
+
+def sticking(samples: SampleBlocks) -> np.ndarray:
+    """Return in which samples a joint stands still throughout, (b, w, 6)."""
+    return (np.abs(samples.qd_next) <= SLOW) & (np.abs(samples.qd) <= SLOW)
+
+
 def sliding(samples: SampleBlocks) -> np.ndarray:
-    """Return in which blocks each joint keeps moving, so that its friction is known, (b, 6)."""
-    return (np.abs(samples.qd_next) > SLOW).all(axis=1)
+    """
+    Return in which blocks each joint keeps moving, so that its friction is known, (b, 6).
+
+    A block beside one in which it stands is left out: friction of rest begins and ends there.
+
+    """
+    stands = (np.abs(samples.qd_next) <= SLOW).any(axis=1)
+    beside = stands.copy()
+    beside[1:] |= stands[:-1]
+    beside[:-1] |= stands[1:]
+    return ~beside
 
 
 def _diagonal(values: np.ndarray) -> np.ndarray:

@@ -22,9 +22,11 @@ from ur5_ros.analysis.checks.recording import (
     repeatability_check,
     timing_check,
 )
+from ur5_ros.analysis.compensation import robot_compensation
 from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
+from ur5_ros.analysis.diagnosis.compensation import compensation_check
 from ur5_ros.analysis.effort import fitting_arms
 from ur5_ros.analysis.injected import injections
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
@@ -79,6 +81,8 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
               gains_check(run, marks, law_series.get('dynamics')),
               *controller_checks(run, marks), limits_check(run), *energy, *contact,
               *experiment_checks(run)]
+    if robot_compensation(run) is not None:
+        checks.append(compensation_check(run))
     if not any(check.name in EVIDENCE and check.verdict != NOT_APPLICABLE for check in checks):
         checks.append(Check('evidence', FAIL, 'nothing in the recording says whether model and '
                             'plant agree: torques, commands or the arm are missing'))

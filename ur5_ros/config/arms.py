@@ -9,6 +9,7 @@ import yaml
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
 from ur5_ros.config.strict_yaml import file_names, named_file, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import InputError
+from ur5_ros.model.friction import JointFriction
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
 
 #: Behind the name of an arm: use the rotor inertia that its file assumes.
@@ -56,6 +57,17 @@ class _Payload(Record, frozen=True, kw_only=True):
     source: str = ''
 
 
+class _Friction(Record, frozen=True, kw_only=True):
+    viscous: _Sourced | None = None
+    coulomb: _Sourced | None = None
+    static: _Sourced | None = None
+    stribeck_velocity: _Sourced | None = None
+    load_factor: _Sourced | None = None
+    viscous_quadratic: _Sourced | None = None
+    viscous_cubic: _Sourced | None = None
+    asymmetry: _Sourced | None = None
+
+
 class _ArmFile(Record, frozen=True, kw_only=True):
     name: str
     description: str
@@ -68,6 +80,7 @@ class _ArmFile(Record, frozen=True, kw_only=True):
     gravity: _Gravity
     limits: _Limits
     payload: _Payload = _Payload()
+    friction: _Friction = _Friction()
 
 
 def list_arms() -> list[str]:
@@ -181,6 +194,9 @@ def _arm_record(data: Any, source: str) -> ArmParameters:
             ),
             payload=Payload(file.payload.mass, np.array(file.payload.com),
                             _tensor(file.payload.inertia)),
+            friction=JointFriction(**{
+                name: np.array(part.value) for name in file.friction.__struct_fields__
+                if (part := getattr(file.friction, name)) is not None}),
         )
     except ValueError as error:
         raise InputError(f'{source}: {error}') from None

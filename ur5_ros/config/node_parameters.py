@@ -74,6 +74,11 @@ class SimParameters(NodeParameters):
     stop_after: float
     command_timeout: float
     fallback: str
+    leave_torque_mode: bool
+    torque_limit: list[float]
+    torque_rate_limit: float
+    effort_feedback: str
+    torque_constant: list[float]
     overspeed_stop: bool
     initial_positions: list[float]
     initial_velocities: list[float]
@@ -81,8 +86,20 @@ class SimParameters(NodeParameters):
     wrench_duration: float
     payload_mass: float
     payload_com: list[float]
+    payload_inertia: list[float]
+    payload_transition_time: float
     friction_viscous: list[float]
     friction_coulomb: list[float]
+    friction_static: list[float]
+    friction_stribeck_velocity: list[float]
+    friction_load_factor: list[float]
+    friction_viscous_quadratic: list[float]
+    friction_viscous_cubic: list[float]
+    friction_temperature_factor: list[float]
+    friction_asymmetry: list[float]
+    friction_compensation_viscous_scale: list[float]
+    friction_compensation_coulomb_scale: list[float]
+    friction_from_arm: bool
     noise_position: float
     noise_velocity: float
     delay_command_periods: int

@@ -59,6 +59,18 @@ SIM_PARAMETERS = (
               '[simulated s].', 0.0, 3600.0),
     Parameter('fallback', 'brake', 'What acts when no valid command does.',
               choices=('brake', 'gravity_compensation', 'zero_torque'), live=True),
+    Parameter('leave_torque_mode', False, 'Silence ends torque mode: commands are ignored, and '
+              'the fallback acts, until ~/resume_torque_mode.'),
+    Parameter('torque_limit', [], "Largest commanded torque [N m]; empty = the arm's limits.",
+              1e-6, 1e5, sizes=(0, 6)),
+    Parameter('torque_rate_limit', 0.0, 'Highest change of a commanded torque [N m/s]; 0 = '
+              'none.', 0.0, 1e9),
+    Parameter('effort_feedback', 'total', 'What /joint_states has as effort: the whole torque, '
+              "that beside gravity, or the motors' current.",
+              choices=('total', 'gravity_excluded', 'current')),
+    Parameter('torque_constant', [10.15, 10.15, 10.13, 8.1, 8.2, 8.08], "Joint torque by current "
+              "[N m/A]: a UR5e's own calibration times its gear ratio of 101.", 1e-3, 1e4,
+              sizes=(6,)),
     Parameter('overspeed_stop', False, 'A joint beyond its velocity limit stops the run like a '
               'protective stop, until ~/reset.', live=True),
     Parameter('initial_positions', HOME, 'Joint positions of state 1 [rad].', -1e3, 1e3,
@@ -92,10 +104,35 @@ SIM_PARAMETERS = (
               '[kg].', 0.0, 1000.0, live=True),
     Parameter('payload.com', [0.0] * 3, 'Its centre of mass in tool0 [m].', -10.0, 10.0,
               sizes=(3,), live=True),
+    Parameter('payload.inertia', [0.0] * 6, 'Its tensor about the centre of mass, axes of tool0: '
+              'xx, yy, zz, xy, xz, yz [kg m^2].', -1e3, 1e3, sizes=(6,), live=True),
+    Parameter('payload.transition_time', 0.0, 'A change of payload.* acts in stages over this '
+              'simulated time [s]; 0 = at once.', 0.0, 60.0, live=True),
     Parameter('friction.viscous', [0.0] * 6, 'Viscous joint friction [N m s/rad].', 0.0, 1e4,
               sizes=(6,), live=True),
     Parameter('friction.coulomb', [0.0] * 6, 'Coulomb joint friction [N m].', 0.0, 1e4,
               sizes=(6,), live=True),
+    Parameter('friction.static', [0.0] * 6, 'Friction of a joint at rest [N m], at least the '
+              'Coulomb friction; 0 = the Coulomb friction.', 0.0, 1e4, sizes=(6,), live=True),
+    Parameter('friction.stribeck_velocity', [0.05] * 6, 'Speed at which static friction above '
+              'Coulomb friction has fallen to 1/e [rad/s].', 1e-6, 100.0, sizes=(6,), live=True),
+    Parameter('friction.load_factor', [0.0] * 6, 'Share of the transmitted torque (gravity, '
+              'Coriolis, wrench) that becomes friction.', 0.0, 1.0, sizes=(6,), live=True),
+    Parameter('friction.viscous_quadratic', [0.0] * 6, 'Viscous friction that grows with the '
+              'square of the speed [N m s^2/rad^2].', -1e4, 1e4, sizes=(6,), live=True),
+    Parameter('friction.viscous_cubic', [0.0] * 6, 'Viscous friction that grows with its cube '
+              '[N m s^3/rad^3].', -1e4, 1e4, sizes=(6,), live=True),
+    Parameter('friction.temperature_factor', [1.0] * 6, 'All friction is multiplied by it: less '
+              'than 1 in a warm joint.', 0.0, 10.0, sizes=(6,), live=True),
+    Parameter('friction.asymmetry', [0.0] * 6, 'Friction is 1 + this times as large forwards and '
+              '1 - this times backwards.', -0.99, 0.99, sizes=(6,), live=True),
+    Parameter('friction_compensation.viscous_scale', [0.0] * 6, 'Share of the viscous friction '
+              'that the robot adds to the torque of a command, from the measured speed; UR ships '
+              '0.9 0.9 0.8 0.9 0.9 0.9.', 0.0, 2.0, sizes=(6,), live=True),
+    Parameter('friction_compensation.coulomb_scale', [0.0] * 6, 'Share of the Coulomb friction '
+              'that it adds; UR ships 0.8 0.8 0.7 0.8 0.8 0.8.', 0.0, 2.0, sizes=(6,), live=True),
+    Parameter('friction.from_arm', False, 'Begin with the friction of the arm file where a '
+              'parameter friction.* has its default.'),
     Parameter('noise.position', 0.0, 'Standard deviation of the encoder position [rad].', 0.0,
               1.0, live=True),
     Parameter('noise.velocity', 0.0, 'Standard deviation of the measured velocity [rad/s].', 0.0,

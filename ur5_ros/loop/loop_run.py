@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.analysis.data import run as series
 from ur5_ros.analysis.data.contact import contact_series
-from ur5_ros.analysis.data.run import NodeRecord, Run, States
+from ur5_ros.analysis.data.run import NodeRecord, Run, States, total_effort
 from ur5_ros.config.worlds import world_from
 from ur5_ros.loop.run_config import RunConfig
 from ur5_ros.model.parameters import ArmParameters
@@ -62,7 +62,7 @@ def as_run(loop: LoopRun, name: str = 'loop') -> Run:
     return Run(
         name=name,
         stamp=loop.stamp,
-        states=States(loop.q, loop.qd, loop.effort),
+        states=total_effort(States(loop.q, loop.qd, loop.effort), sim.by_name(), loop.sim_arm),
         control_rate=float(sim.control_rate),
         physics_rate=float(sim.physics_rate),
         truth=loop.truth,

@@ -12,6 +12,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import States
 from ur5_ros.config.experiments import load_experiment
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.worlds import EMPTY
 from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.kernel import TOTAL
@@ -43,7 +44,7 @@ def rollout(plan: RunConfig) -> LoopRun | None:
     conventions = sim.effort_convention, control.effort_convention
     if sim.gui or sim.world != EMPTY or 'gravity_excluded' in conventions or not (
             control.mode == 'computed_torque' and control.autostart and control.experiment
-            and control.torque_rate_limit == 0.0):
+            and control.torque_rate_limit == 0.0) or _robot_acts(sim):
         return None
     sim_arm, arm = arm_named(sim.arm), arm_named(control.arm)
     rate = sim.control_rate
@@ -64,6 +65,12 @@ def rollout(plan: RunConfig) -> LoopRun | None:
                    effort[run.late],
                    None if exact else States(states[:, :6], states[:, 6:], effort),
                    run.torque, table, run.events)
+
+
+def _robot_acts(sim: SimParameters) -> bool:
+    """Return whether the robot changes a command, or reports another torque than acted."""
+    return bool(sim.effort_feedback != 'total' or sim.torque_limit or sim.torque_rate_limit or any(
+        sim.friction_compensation_viscous_scale + sim.friction_compensation_coulomb_scale))
 
 
 def _within_limits(run: Rollout, arm: ArmParameters) -> bool:

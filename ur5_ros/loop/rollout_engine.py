@@ -21,7 +21,7 @@ from ur5_ros.sim.event_log import EventLog
 from ur5_ros.sim.events import Event
 from ur5_ros.sim.fallback import fallback_torque
 from ur5_ros.sim.integrator import NO_JOINTS, PlantIntegrator
-from ur5_ros.sim.payload import loaded_arm
+from ur5_ros.sim.payload import loaded_arm, tool_load
 from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Noise
 
@@ -66,7 +66,7 @@ class RolloutEngine:
         self._sim, self._arm, self._periods = plan.sim, arm, plan.periods
         self._substeps = plan.sim.physics_rate // plan.sim.control_rate
         self._delay = min(plan.sim.delay_command_periods, plan.periods - 1)
-        self._effects = PlantParameters(plan.sim).effects(arm)
+        self._effects = PlantParameters(plan.sim, arm).effects(arm)
         integrator = PlantIntegrator(self._effects, 1.0 / plan.sim.physics_rate)
         self._integrator = None if integrator.none else integrator
 
@@ -150,11 +150,11 @@ class RolloutEngine:
         """Return this thread's world with the bodies in it, at the initial state."""
         sim = self._sim
         gravity = sim.gravity or self._arm.gravity.tolist()
-        load = sim.arm, sim.payload_mass, sim.payload_com, gravity
+        load = sim.arm, tool_load(sim), gravity
         bullet, loaded, rate, loads = getattr(_here, 'world', (None, None, None, 0))
         if bullet is None or rate != sim.physics_rate or loaded != load:
             _here.world = (None, None, None, 0)
-            arm = loaded_arm(self._arm, sim.payload_mass, sim.payload_com)
+            arm = loaded_arm(self._arm, *tool_load(sim))
             if bullet is not None and rate == sim.physics_rate and loads < _MOST_LOADS:
                 bullet.load(arm, gravity)  # opening a world takes longer
             else:

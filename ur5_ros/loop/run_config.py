@@ -8,6 +8,7 @@ import numpy as np
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import Experiment, load_experiment
+from ur5_ros.config.friction import with_arm_friction
 from ur5_ros.config.node_parameters import ControlParameters, SimParameters
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.control.gains import gains_from
@@ -90,6 +91,7 @@ def run_config(
         'arm': arm, 'control_rate': control_rate, 'physics_rate': physics_rate,
         'initial_positions': start.tolist(), 'stop_after': duration, 'world': spec.world,
         **spec.sim, **(sim or {})})
+    sim_parameters = with_arm_friction(sim_parameters, arm_named(arm).friction)
     control_parameters = ControlParameters.of({
         'arm': control_arm, 'experiment': experiment, 'autostart': True,
         'effort_convention': sim_parameters.effort_convention, **spec.control,

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ur5_ros.model.friction import JointFriction
 from ur5_ros.model.kernels.base_parameters import pack
 
 #: The twist angles that all UR arms share (standard DH) [rad].
@@ -68,6 +69,8 @@ class ArmParameters:
     """Gravitational acceleration in ``base`` [m/s^2], shape (3,)."""
     limits: Limits
     payload: Payload = field(default_factory=Payload)
+    friction: JointFriction = field(default_factory=JointFriction)
+    """What resists the joints' motion; no term of eq (6), which knows no friction."""
 
     def __post_init__(self):
         _check(self)

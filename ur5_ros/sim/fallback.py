@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ur5_ros.model.friction import friction_terms
 from ur5_ros.sim.bullet_arm import BulletArm, Joints
 from ur5_ros.sim.friction import solve_friction
 from ur5_ros.sim.integrator import Effects, tool_torque
@@ -59,8 +60,9 @@ def brake_torque(arm: BulletArm, joints: Joints, effects: Effects, limit: np.nda
     """
     qd = np.array(joints.qd)
     A = arm.mass_matrix(joints.q) / period
-    A[np.diag_indices(6)] += effects.armature / period + effects.viscous
-    drive = (tool_torque(arm, joints.q, effects) - arm.bias(joints.q, joints.qd)
-             - effects.viscous * qd)
-    _, f = solve_friction(A, drive, qd, limit + effects.coulomb, -_UNBOUNDED, _UNBOUNDED)
+    load = arm.bias(joints.q, joints.qd) - tool_torque(arm, joints.q, effects)
+    damping, level, offset = friction_terms(effects.friction, qd, load)
+    A[np.diag_indices(6)] += effects.armature / period + damping
+    drive = -load - damping * qd - offset
+    _, f = solve_friction(A, drive, qd, limit + level, -_UNBOUNDED, _UNBOUNDED)
     return -np.minimum(np.maximum(f, -limit), limit)

@@ -3,9 +3,10 @@ The equation of a physics step: what PyBullet does not model, added as torque.
 
 .. math::
 
-    (M + I_a)(\dot q' - \dot q)/h + C \dot q + g + D \dot q' + f(\dot q') - J^T w - \tau = 0
+    (M + I_a)(\dot q' - \dot q)/h + C \dot q + g + f(\dot q') - J^T w - \tau = 0
 
-M, C, g and J are PyBullet's, at the state before the step.
+M, C, g and J are PyBullet's, at the state before the step; f is friction at the new velocity, as
+:func:`ur5_ros.model.friction.friction_terms` has it for the state before the step.
 """
 
 import struct
@@ -14,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.model.friction import JointFriction
 from ur5_ros.sim.bullet_arm import BulletArm
 from ur5_ros.sim.friction import WORK, kernels
 
@@ -21,9 +23,10 @@ from ur5_ros.sim.friction import WORK, kernels
 NO_JOINTS = np.zeros(6, dtype=bool)
 NO_JOINTS.flags.writeable = False
 
-#: Lengths of the kernel's input (M, C qd + g, q, qd, torque) and of its working space.
-STATE, WORKING = 60, 66 + WORK
+#: Lengths of the kernel's input (M, C qd + g, q, qd, torque, J^T w) and of its working space.
+STATE, WORKING = 66, 72 + WORK
 _write = struct.Struct(f'{STATE}d').pack_into
+_ZEROS = np.zeros(6)
 
 
 class Effects(NamedTuple):
@@ -31,10 +34,8 @@ class Effects(NamedTuple):
 
     armature: np.ndarray
     """Rotor inertia Ia on the diagonal of M [kg m^2], shape (6,)."""
-    viscous: np.ndarray
-    """Viscous friction D [N m s/rad], shape (6,)."""
-    coulomb: np.ndarray
-    """Coulomb friction [N m], shape (6,)."""
+    friction: JointFriction
+    """What resists the motion of each joint."""
     wrench: np.ndarray
     """Force [N] and torque [N m] at the origin of ``tool0``, in ``base``, shape (6,)."""
     lower: np.ndarray
@@ -61,14 +62,14 @@ class PlantIntegrator:
         self.wrench = bool(effects.wrench.any())
         """Whether a wrench acts at the tool."""
         self.constants = np.concatenate([
-            effects.armature / step_time + effects.viscous, effects.viscous, effects.coulomb,
-            effects.lower, effects.upper, [step_time]])
+            effects.armature / step_time, effects.lower, effects.upper, [step_time],
+            *_parts(effects.friction)])
         """What acts on the joints, as the kernels read it."""
         self._state, self._work, self._torque = np.empty(STATE), np.empty(WORKING), np.empty(6)
         self._page = self._state.data.cast('B')
         self._held = np.zeros(6, dtype=bool)
         self._kernel: Callable[..., int] | None = None
-        self.none = not (self.wrench or self.constants[:18].any())
+        self.none = not (self.wrench or effects.armature.any()) and effects.friction.none
         """Whether PyBullet's own step under the motors' torque is already the plant's."""
         if not self.none:
             self._kernel = _compiled()
@@ -97,9 +98,11 @@ class PlantIntegrator:
         """
         q = state[:6]
         ((a, b, c, d, e, f), bias) = arm.mass_and_bias(q, state[6:])
+        external = _ZEROS
         if self.wrench:
-            tau = tau + tool_torque(arm, q, self.effects)
-        _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau)
+            external = tool_torque(arm, q, self.effects)
+            tau = tau + external
+        _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau, *external)
         if self._kernel is None:
             self._kernel = _compiled()
         code = self._kernel(self._state, self.constants, self._work, self._torque, self._held)
@@ -110,9 +113,17 @@ class PlantIntegrator:
         return self._torque.tolist(), self._held.copy()
 
 
-def tool_torque(arm: BulletArm, q: Sequence[float], effects: Effects) -> np.ndarray | float:
+def tool_torque(arm: BulletArm, q: Sequence[float], effects: Effects) -> np.ndarray:
     """Return J^T w [N m]."""
-    return arm.jacobian(q).T @ effects.wrench if effects.wrench.any() else 0.0
+    return arm.jacobian(q).T @ effects.wrench if effects.wrench.any() else np.zeros(6)
+
+
+def _parts(friction: JointFriction) -> np.ndarray:
+    """Return the parts as the kernel reads them, shape (9, 6)."""
+    excess = np.where(friction.static > 0.0, friction.static - friction.coulomb, 0.0)
+    return np.array([friction.viscous, friction.coulomb, excess, friction.stribeck_velocity,
+                     friction.load_factor, friction.viscous_quadratic, friction.viscous_cubic,
+                     friction.temperature_factor, friction.asymmetry])
 
 
 def _compiled() -> Callable[..., int]:

@@ -1,6 +1,6 @@
 """Friction and the torque of a physics step, compiled; in one file, as Numba's cache is."""
 
-from math import fabs, sqrt
+from math import exp, fabs, sqrt
 
 import numpy as np
 
@@ -12,6 +12,12 @@ _MOST_FACES = 1000
 _ROUNDING = 1e-13
 #: A joint this near to a stop touches it [rad]; rounding is a thousand times smaller.
 TOUCH = 1e-12
+
+#: A joint slower than this is at rest [rad/s], as in ``model.friction``.
+_AT_REST = 1e-9
+
+#: Where the constants have the stops, the length of the step and the parts of friction.
+LOWER, UPPER, STEP_TIME, FRICTION = 6, 12, 18, 19
 
 #: Codes of :func:`engine_torque` besides 0.
 HELD, FAILED = 1, 2
@@ -147,27 +153,47 @@ def friction(A, drive, qd, level, lower, upper, work, delta, f):
 
 
 @inlined
-def prepare_step(state, constants, A, drive, lowest, highest):
-    """Write the problem of a step: inertia by time, drive, and the speeds that reach the stops."""
-    h = constants[30]
+def joint_friction(constants, i, qd, load):
+    """Return damping, level and offset of joint i; ``friction_terms`` says what they are."""
+    viscous, coulomb, excess, velocity, share, quadratic, cubic, warm, asymmetry = (
+        constants[FRICTION + i], constants[FRICTION + 6 + i], constants[FRICTION + 12 + i],
+        constants[FRICTION + 18 + i], constants[FRICTION + 24 + i], constants[FRICTION + 30 + i],
+        constants[FRICTION + 36 + i], constants[FRICTION + 42 + i], constants[FRICTION + 48 + i])
+    speed, level = fabs(qd), coulomb
+    if excess > 0.0:
+        level += excess * exp(-(qd / velocity) ** 2)
+    level = warm * (level + share * fabs(load))
+    damping = max(viscous + speed * (quadratic + speed * cubic), 0.0)
+    direction = 0.0 if speed < _AT_REST else np.sign(qd)
+    return damping * (warm * (1.0 + asymmetry * direction)), level, asymmetry * level
+
+
+@inlined
+def prepare_step(state, constants, A, drive, lowest, highest, level):
+    """Write the problem of a step: inertia by time, drive, speeds at the stops, dry friction."""
+    h = constants[STEP_TIME]
     for i in range(6):
-        q, qd = state[42 + i], state[48 + i]
-        drive[i] = state[54 + i] - state[36 + i] - constants[6 + i] * qd
-        lowest[i], highest[i] = (constants[18 + i] - q) / h, (constants[24 + i] - q) / h
+        q, qd, bias = state[42 + i], state[48 + i], state[36 + i]
+        damping, level[i], offset = joint_friction(constants, i, qd, bias - state[60 + i])
+        drive[i] = state[54 + i] - bias - damping * qd
+        drive[i] -= offset
+        lowest[i] = (constants[LOWER + i] - q) / h
+        highest[i] = (constants[UPPER + i] - q) / h
         for j in range(6):
             A[i, j] = state[6 * i + j] / h
-        A[i, i] += constants[i]
+        A[i, i] += constants[i] + damping
 
 
 @kernel(R1, R1, W1, W1, B1, hot=True)
 def engine_torque(state, constants, work, torque, held):
     """Write the torque of ``PlantIntegrator.engine_torque`` and the joints held; return a code."""
     m, bias, q, qd = state[:36], state[36:42], state[42:48], state[48:54]
-    level, lower, upper, h = constants[12:18], constants[18:24], constants[24:30], constants[30]
+    lower, upper, h = constants[LOWER:UPPER], constants[UPPER:STEP_TIME], constants[STEP_TIME]
     A, drive = work[:36].reshape((6, 6)), work[36:42]
-    lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
-    prepare_step(state, constants, A, drive, lowest, highest)
-    if solve_active_set(A, drive, qd, level, lowest, highest, work[66:], delta, f):
+    lowest, highest, level = work[42:48], work[48:54], work[54:60]
+    delta, f = work[60:66], work[66:72]
+    prepare_step(state, constants, A, drive, lowest, highest, level)
+    if solve_active_set(A, drive, qd, level, lowest, highest, work[72:], delta, f):
         return FAILED
     code = 0
     for i in range(6):

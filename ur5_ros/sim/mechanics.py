@@ -11,7 +11,7 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.bullet_arm import BulletArm, Joints
 from ur5_ros.sim.integrator import NO_JOINTS, Effects, PlantIntegrator
 from ur5_ros.sim.limits import state_bounds
-from ur5_ros.sim.payload import loaded_arm
+from ur5_ros.sim.payload import ToolLoad, loaded_arm
 
 if TYPE_CHECKING:
     from ur5_ros.sim.world.bullet_scene import BulletScene
@@ -63,7 +63,7 @@ class Mechanics:
         self.contacts: list[Contacts] = []
         """Those of each physics step of the last :meth:`advance`."""
         self._least, self._most = (bound.tolist() for bound in state_bounds(arm))
-        self._load = (0.0, [0.0, 0.0, 0.0], arm.gravity.tolist())
+        self._load = (ToolLoad(), arm.gravity.tolist())
         self._now: tuple[float, ...] = (0.0,) * 12
 
     @property
@@ -71,27 +71,25 @@ class Mechanics:
         """Positions [rad] and velocities [rad/s]."""
         return Joints(self._now[:6], self._now[6:])
 
-    def set_payload(self, mass: float, com: list[float], gravity: list[float]) -> None:
+    def set_payload(self, load: ToolLoad, gravity: list[float]) -> None:
         """
-        Load the tool with a further point mass and set gravity; the joint state stays.
+        Load the tool with a further body and set gravity; the joint state stays.
 
         Parameters
         ----------
-        mass : float
-            Mass that the arm record does not declare [kg].
-        com : list of float
-            Where, in ``tool0`` [m].
+        load : ToolLoad
+            The body that the arm record does not declare.
         gravity : list of float
             In ``base`` [m/s^2]; empty = the arm's.
 
         """
-        load = (mass, list(com), list(gravity) or self.arm.gravity.tolist())
-        if load != self._load:
-            self._load = load
-            self.bullet.load(loaded_arm(self.arm, mass, com), load[2])
+        given = (load, list(gravity) or self.arm.gravity.tolist())
+        if given != self._load:
+            self.bullet.load(loaded_arm(self.arm, *load), given[1])
             self.bullet.place(*self.joints)
+            self._load = given
             if self.world is not None:
-                self.world.set_gravity(load[2])
+                self.world.set_gravity(given[1])
                 self.world.place()
 
     def set_effects(self, effects: Effects) -> None:
@@ -164,8 +162,8 @@ class Mechanics:
         if self.world is not None:
             self.world.reset()
             self.contacts = []
-            mass, com, gravity = self._load
-            self.bullet.load(loaded_arm(self.arm, mass, com), gravity)
+            load, gravity = self._load
+            self.bullet.load(loaded_arm(self.arm, *load), gravity)
 
     def state(self) -> tuple[np.ndarray, np.ndarray]:
         """Return q [rad] and qd [rad/s], shape (6,) each."""
@@ -174,15 +172,16 @@ class Mechanics:
 
     def declared_gravity(self) -> np.ndarray:
         """Return g(q) of the arm record and its declared payload, in its own gravity [N m]."""
-        mass, com, gravity = self._load
+        load, gravity = self._load
         own = self.arm.gravity.tolist()
         if gravity != own:
             self.bullet.set_gravity(own)
         tau = self.bullet.bias(self.joints.q)
         if gravity != own:
             self.bullet.set_gravity(gravity)
-        if mass > 0.0:
-            tau = tau + mass * (self.bullet.jacobian(self.joints.q, com)[:3].T @ self.arm.gravity)
+        if load.mass > 0.0:
+            tau = tau + load.mass * (
+                self.bullet.jacobian(self.joints.q, load.com)[:3].T @ self.arm.gravity)
         return tau
 
 

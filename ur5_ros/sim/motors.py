@@ -48,10 +48,23 @@ class Motors:
             return command
         raise InputError(f'command {command.tolist()}; give six finite torques [N m]')
 
-    def saturate(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the torque that a command becomes [N m] and the joints where it was clamped."""
+    def saturate(self, command: np.ndarray,
+                 compensation: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """
+        Return the torque that a command becomes and the joints where it was clamped.
+
+        Parameters
+        ----------
+        command : numpy.ndarray, shape (6,)
+            Six finite torques [N m].
+        compensation : numpy.ndarray, shape (6,), optional
+            What the robot adds against its friction [N m].
+
+        """
         if self._excludes_gravity:
             command = command + self._mechanics.declared_gravity()
+        if compensation is not None:
+            command = command + compensation
         if all(map(le, map(abs, command.tolist()), self._strength)):
             return command.copy(), NO_JOINTS
         effort = np.minimum(np.maximum(command, -self._strongest), self._strongest)

@@ -1,15 +1,40 @@
-"""A mass on the tool that the arm record does not declare."""
+"""A body fixed to the tool that the arm record does not declare, and how it is exchanged."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import SimParameters
+from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters, Payload, with_payload
 
+#: A transition takes at most so many stages: each one loads the bodies anew.
+MOST_STAGES = 100
 
-def loaded_arm(arm: ArmParameters, mass: float, com: list[float]) -> ArmParameters:
+
+class ToolLoad(NamedTuple):
+    """The body, in ``tool0``."""
+
+    mass: float = 0.0
+    """[kg]."""
+    com: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """Centre of mass [m]."""
+    inertia: tuple[float, ...] = (0.0,) * 6
+    """Tensor about it: xx, yy, zz, xy, xz, yz [kg m^2]."""
+
+
+def tool_load(parameters: SimParameters) -> ToolLoad:
+    """Return the body that parameters ``payload.*`` describe."""
+    return ToolLoad(parameters.payload_mass, tuple(parameters.payload_com),
+                    tuple(parameters.payload_inertia))
+
+
+def loaded_arm(arm: ArmParameters, mass: float, com: Sequence[float],
+               inertia: Sequence[float] = (0.0,) * 6) -> ArmParameters:
     """
-    Return the arm whose last link carries its declared payload and a further point mass.
+    Return the arm whose last link carries its declared payload and a further body.
 
     Parameters
     ----------
@@ -17,17 +42,79 @@ def loaded_arm(arm: ArmParameters, mass: float, com: list[float]) -> ArmParamete
         The arm; its own payload stays.
     mass : float
         Further mass [kg].
-    com : list of float
+    com : sequence of float
         Where, in ``tool0`` [m].
+    inertia : sequence of float
+        Its tensor about there: xx, yy, zz, xy, xz, yz [kg m^2].
 
     Returns
     -------
     ArmParameters
         A record with the same geometry.
 
+    Raises
+    ------
+    InputError
+        If it is no physical body.
+
     """
-    if mass == 0.0:
+    if mass == 0.0 and not any(inertia):
         return arm
     masses, coms, tensors = (np.array(part) for part in arm.bodies)
     declared = replace(arm, mass=masses, com=coms, inertia=tensors, payload=Payload())
-    return with_payload(declared, mass, np.array(com))
+    try:
+        return with_payload(declared, mass, np.array(com), _tensor(inertia))
+    except ValueError as error:
+        raise InputError(f'payload.mass, payload.com, payload.inertia: {error}') from None
+
+
+class PayloadTransition:
+    """
+    From one body to another in equal stages of their inertial parameters.
+
+    Mass, first and second moment about the origin of ``tool0`` are blended, so that every stage
+    is a physical body.
+
+    Parameters
+    ----------
+    start, end : ToolLoad
+        The bodies.
+    first : int
+        Control period in which it begins.
+    periods : int
+        How many it takes.
+
+    """
+
+    def __init__(self, start: ToolLoad, end: ToolLoad, first: int, periods: int):
+        self._start, self._end = start, end
+        self._first, self._periods = first, periods
+        self._stages = min(periods, MOST_STAGES)
+
+    def at(self, k: int) -> ToolLoad:
+        """Return the body of a control period."""
+        stage = min((k - self._first + 1) * self._stages // self._periods, self._stages)
+        if stage == self._stages:
+            return self._end
+        return blend(self._start, self._end, stage / self._stages)
+
+
+def blend(start: ToolLoad, end: ToolLoad, share: float) -> ToolLoad:
+    """Return the body whose inertial parameters lie between those of two."""
+    masses, weight = np.array([start.mass, end.mass]), np.array([1.0 - share, share])
+    coms = np.array([start.com, end.com])
+    mass = float(weight @ masses)
+    if mass == 0.0:
+        return ToolLoad(0.0, end.com)
+    com = (weight * masses) @ coms / mass
+    spread = coms - com
+    parts = [_tensor(load.inertia) + m * (r @ r * np.eye(3) - np.outer(r, r))
+             for load, m, r in zip((start, end), masses, spread, strict=True)]
+    tensor = weight[0] * parts[0] + weight[1] * parts[1]
+    rows = tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    return ToolLoad(mass, tuple(com.tolist()), tuple(rows.tolist()))
+
+
+def _tensor(inertia: Sequence[float]) -> np.ndarray:
+    xx, yy, zz, xy, xz, yz = inertia
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

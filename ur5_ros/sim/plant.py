@@ -8,6 +8,7 @@ import numpy as np
 from ur5_ros.config import load_arm
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.worlds import NOTHING, World, world_from
+from ur5_ros.model.friction import friction_compensation
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
@@ -17,8 +18,10 @@ from ur5_ros.sim.integrator import NO_JOINTS
 from ur5_ros.sim.limits import check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.motors import Motors
+from ur5_ros.sim.payload import PayloadTransition, tool_load
 from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Sensor
+from ur5_ros.sim.torque_mode import TorqueMode
 from ur5_ros.sim.world.contact_watch import ContactWatch
 
 
@@ -92,8 +95,8 @@ class Plant:
     def __init__(self, arm: ArmParameters,
                  parameters: Mapping[str, Any] | SimParameters | None = None):
         self.arm = arm
-        self.parameters = start = SimParameters.of(parameters)
-        self._plant_parameters = PlantParameters(start)
+        self._plant_parameters = PlantParameters(SimParameters.of(parameters), arm)
+        self.parameters = start = self._plant_parameters.parameters
         self._rate, physics_rate = start.control_rate, start.physics_rate
         check_rates(self._rate, physics_rate)
         check_initial_state(arm, start.initial_positions)
@@ -102,6 +105,10 @@ class Plant:
         self._motors = Motors(self.mechanics, self._substeps / physics_rate,
                               start.effort_convention == 'gravity_excluded')
         self._event_log = EventLog(arm)
+        self._torque_mode = TorqueMode(start, self._event_log)
+        self._torque_constant = np.array(start.torque_constant)
+        self._payload = tool_load(start)
+        self._transition: PayloadTransition | None = None
         self._sensor = Sensor()
         self._delay = CommandDelay()
         self._contact_watch = ContactWatch(self._rate)
@@ -147,9 +154,12 @@ class Plant:
             command = self._motors.read(command)
         if self.k == self._wrench_end:
             self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        if self._transition is not None:
+            self._exchange_payload(self._transition)
         if self._commands_delayed:
             command = self._exchange(command)
-        effort, clamped = self._torque(command)
+        gravity = self._excluded_gravity()
+        effort, clamped = self._torque(self._torque_mode.admit(command, self.stamp))
         moved = self.mechanics.advance(effort, self._substeps)
         before = self.stamp
         self._count_period()
@@ -162,7 +172,7 @@ class Plant:
                                  f'{moved.failure}; the arm was put back at rest')
         if self.mechanics.contacts:
             self._check_contacts(before)
-        return self._sense()
+        return self._sense(self._reported(effort, gravity))
 
     def change(self, name: str, value: Any) -> None:
         """
@@ -176,6 +186,8 @@ class Plant:
 
         """
         value = self._plant_parameters.change(name, value)
+        if name in ('payload.mass', 'payload.com', 'payload.inertia'):
+            self._change_payload()
         self._settle()
         self._log('parameter', f'{name} is {value}', name=name, value=value)
 
@@ -215,6 +227,7 @@ class Plant:
         self._sensor.clear()
         self.mechanics.reset_world()
         self._contact_watch.clear()
+        self._torque_mode.resume()
         self._start()
         self._log('reset', 'back at the initial state', position=self.truth.q.tolist(),
                    velocity=self.truth.qd.tolist())
@@ -256,6 +269,12 @@ class Plant:
             self.arm.armature)
         return self.parameters.control_rate / np.diag(np.linalg.inv(inertia))
 
+    def resume_torque_mode(self) -> str:
+        """Let commands act again after silence ended torque mode; return what to answer."""
+        if self.stopped:
+            return 'a protective stop is latched; call ~/reset'
+        return self._torque_mode.resume()
+
     def drain_events(self) -> list[Event]:
         """Return what happened since the last call, in the order in which it did."""
         return self._event_log.drain()
@@ -283,22 +302,59 @@ class Plant:
         self.mechanics.place(self.parameters.initial_positions,
                              self.parameters.initial_velocities)
         self.truth = ArmState(self.stamp, *self.mechanics.state(), np.zeros(6))
-        self._sense()
+        self._sense(self.truth.effort)
 
     def _settle(self) -> None:
         """Let the present parameters act: what they decide is decided here, not in a step."""
         given = self.parameters = self._plant_parameters.parameters
-        self.mechanics.set_payload(given.payload_mass, given.payload_com, given.gravity)
+        self.mechanics.set_payload(self._payload, given.gravity)
         self.mechanics.set_effects(self._plant_parameters.effects(self.arm))
         self._sensing = (given.delay_state_periods, given.noise_position,
                          given.noise_velocity, given.seed)
         self.exact_sensing = not any(self._sensing[:3])
         self._commands_delayed = given.delay_command_periods > 0 or self._delay.busy
+        self._scales = (np.array(given.friction_compensation_viscous_scale),
+                        np.array(given.friction_compensation_coulomb_scale))
+        self._compensates = bool(np.any(self._scales))
 
-    def _sense(self) -> ArmState:
-        self._sensor.add(self.k, self.truth)
-        self.state = self.truth if self.exact_sensing else self._sensor.measure(*self._sensing)
+    def _sense(self, effort: np.ndarray) -> ArmState:
+        """Measure the state; ``effort`` is what the drives report of the torque that acted."""
+        truth = self.truth if effort is self.truth.effort else self.truth._replace(effort=effort)
+        self._sensor.add(self.k, truth)
+        self.state = truth if self.exact_sensing else self._sensor.measure(*self._sensing)
         return self.state
+
+    def _excluded_gravity(self) -> np.ndarray:
+        return (self.mechanics.declared_gravity()
+                if self.parameters.effort_feedback == 'gravity_excluded' else np.zeros(6))
+
+    def _reported(self, effort: np.ndarray, gravity: np.ndarray) -> np.ndarray:
+        """Return the torque that acted as the drives report it: [N m], or [A] as a current."""
+        feedback = self.parameters.effort_feedback
+        if feedback == 'total':
+            return effort
+        return effort / self._torque_constant if feedback == 'current' else effort - gravity
+
+    def _change_payload(self) -> None:
+        """Exchange the payload, at once or in the stages of a transition."""
+        parameters = self._plant_parameters.parameters
+        target = tool_load(parameters)
+        periods = round(parameters.payload_transition_time * self._rate)
+        if periods > 0:
+            self._transition = PayloadTransition(self._payload, target, self.k, periods)
+        else:
+            self._payload, self._transition = target, None
+
+    def _exchange_payload(self, transition: PayloadTransition) -> None:
+        """Take the next stage of a transition, where one is due."""
+        payload = transition.at(self.k)
+        if payload == self._payload:
+            return
+        self._payload = payload
+        self._settle()
+        self._log('payload', f'payload of {payload.mass:g} kg', **payload._asdict())
+        if payload == tool_load(self.parameters):
+            self._transition = None
 
     def _exchange(self, command: np.ndarray | None) -> np.ndarray | None:
         delay = self.parameters.delay_command_periods
@@ -313,7 +369,12 @@ class Plant:
             return self._fall_back(), NO_JOINTS
         if log.fallback:
             log.fall_back(self.stamp, '')
-        return self._motors.saturate(command)
+        command, limited = self._torque_mode.limit(command)
+        compensation = friction_compensation(
+            self.mechanics.effects.friction, self.state.qd, *self._scales
+        ) if self._compensates else None
+        effort, clamped = self._motors.saturate(command, compensation)
+        return effort, clamped if limited is NO_JOINTS else clamped | limited
 
     def _fall_back(self) -> np.ndarray:
         mode = 'brake' if self.stopped else self.parameters.fallback

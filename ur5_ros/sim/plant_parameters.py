@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from ur5_ros.config.friction import joint_friction, with_arm_friction
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.parameters import SIM_PARAMETERS, check
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.integrator import Effects
+from ur5_ros.sim.payload import loaded_arm, tool_load
 
 _LIVE = {parameter.name: parameter for parameter in SIM_PARAMETERS if parameter.live}
 
@@ -22,11 +24,15 @@ class PlantParameters:
     ----------
     parameters : SimParameters
         Those at the start.
+    arm : ArmParameters
+        Whose friction acts where the parameters ask for it.
 
     """
 
-    def __init__(self, parameters: SimParameters):
-        self.parameters = parameters
+    def __init__(self, parameters: SimParameters, arm: ArmParameters):
+        self.parameters = with_arm_friction(parameters, arm.friction)
+        self._arm = arm
+        self._check(self.parameters)
         self.wrench = np.zeros(6)
         """Force [N] and torque [N m] at the origin of ``tool0``, in ``base``."""
 
@@ -38,7 +44,7 @@ class PlantParameters:
         ------
         InputError
             If there is no such parameter, it cannot change while the plant runs, or the value
-            is out of range.
+            is out of range or contradicts another one.
 
         """
         if name not in _LIVE:
@@ -46,8 +52,15 @@ class PlantParameters:
             what = 'cannot change during a run' if known else 'is no parameter'
             raise InputError(f'{name} {what}; these can: {", ".join(_LIVE)}')
         value = check(_LIVE[name], value)
-        self.parameters = self.parameters.replaced({name: value})
+        changed = self.parameters.replaced({name: value})
+        self._check(changed)
+        self.parameters = changed
         return value
+
+    def _check(self, parameters: SimParameters) -> None:
+        """Refuse values that are right one by one and wrong together."""
+        joint_friction(parameters.by_name())
+        loaded_arm(self._arm, *tool_load(parameters))
 
     def set_wrench(self, force: Sequence[float], torque: Sequence[float], frame: str) -> None:
         """
@@ -72,6 +85,5 @@ class PlantParameters:
     def effects(self, arm: ArmParameters) -> Effects:
         """Return what acts on the joints of this arm beside bodies, gravity and motors."""
         return Effects(
-            arm.armature, np.array(self.parameters.friction_viscous),
-            np.array(self.parameters.friction_coulomb), self.wrench, arm.limits.lower,
+            arm.armature, joint_friction(self.parameters.by_name()), self.wrench, arm.limits.lower,
             arm.limits.upper)

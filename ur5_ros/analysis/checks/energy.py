@@ -103,8 +103,9 @@ def _physics_steps(run: Run, model: PlantModel, rows: np.ndarray) -> tuple[np.nd
     inertia, still = inertia_matrix(angles, arm), np.zeros(q.shape)
     mean, before = np.where(known[:, None], (mean, qd), 0.0)
     stored = potential_energy(angles, arm) + _half_square(inertia, mean)
-    dry = _dry(model, angles, before, change / h, effort, qd_next)
-    force = effort - model.viscous * qd_next - dry + model.external(q)
+    damping, *dry_friction = model.resistance(angles - arm.angle_offset, before)
+    dry = _dry(model, angles, before, change / h, effort, qd_next, *dry_friction)
+    force = effort - damping * qd_next - dry + model.external(q)
     force += (inverse_dynamics(angles, mean, still, arm)
               - inverse_dynamics(angles, before, still, arm))
     force[~known] = np.nan
@@ -115,14 +116,14 @@ def _half_square(inertia: np.ndarray, x: np.ndarray) -> np.ndarray:
     return 0.5 * np.einsum('ni,ni->n', (inertia @ x[:, :, None])[:, :, 0], x)
 
 
-def _dry(model, angles, qd, qdd, effort, qd_next) -> np.ndarray:
-    """Return the Coulomb friction; where a joint sticks, what the motion shows."""
-    dry = model.coulomb * np.sign(qd_next)
-    sticks = (np.abs(qd_next) <= STICKING) & (model.coulomb > 0.0)
+def _dry(model, angles, qd, qdd, effort, qd_next, level, offset) -> np.ndarray:
+    """Return the dry friction; where a joint sticks, what the motion shows."""
+    dry = offset + level * np.sign(qd_next)
+    sticks = (np.abs(qd_next) <= STICKING) & (level > 0.0)
     rows = np.flatnonzero(sticks.any(axis=1))
     if len(rows):
         needed = inverse_dynamics(angles[rows], qd[rows], qdd[rows], model.arm)
         given = effort[rows] + model.external(angles[rows] - model.arm.angle_offset)
-        taken = np.clip(given - needed, -model.coulomb, model.coulomb)
+        taken = np.clip(given - needed, (offset - level)[rows], (offset + level)[rows])
         dry[rows] = np.where(sticks[rows], taken, dry[rows])
     return dry

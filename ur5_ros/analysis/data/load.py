@@ -21,6 +21,7 @@ from ur5_ros.analysis.data.run import (
     RecordedEvent,
     Run,
     States,
+    total_effort,
 )
 from ur5_ros.analysis.data.topics import PART_NAMES
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
@@ -98,7 +99,7 @@ def load_run(
     recorded = _reference(bags, stamp)
     run = Run(
         name=next((each.run for each in bags if each.run), folder.resolve().name),
-        stamp=stamp, states=found.states,
+        stamp=stamp, states=_published(bag, found.states),
         control_rate=float(sim.parameters['control_rate']) if sim else _rate(stamp),
         physics_rate=float(sim.parameters['physics_rate']) if sim else 0.0,
         truth=_truth(bags, stamp), reference=recorded, parts=_parts(bags, stamp),
@@ -111,6 +112,13 @@ def load_run(
         **_answers(bags, bag, found, counts), **_contact(bags, stamp, sim))
     run = with_effort_meaning(run, effort)
     return replace(run, reference=given_reference(run, reference)) if reference else run
+
+
+def _published(bag: BagData, states: States) -> States:
+    """Return the states of a bag with the torque that acted as effort."""
+    if bag.node != 'sim' or bag.record is None:
+        return states
+    return total_effort(states, bag.record.parameters, bag.record.arm)
 
 
 def _first(bags: list[BagData], role: str, order: tuple[str, ...]) -> BagData | None:

@@ -9,6 +9,7 @@ import numpy as np
 from ur5_ros.cdr.contact_messages import ContactForce
 from ur5_ros.config.worlds import NOTHING, World
 from ur5_ros.errors import InputError
+from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import Reference
 
@@ -49,6 +50,30 @@ class ParameterChange(NamedTuple):
     """Stamp of the last state that was answered before [ns]; 0 where none was."""
     values: Mapping[str, Any]
     """New values by name."""
+
+
+def total_effort(states: States, parameters: Mapping[str, Any], arm: ArmParameters) -> States:
+    """
+    Return states whose effort is the whole torque that acted, whatever the drives report.
+
+    Parameters
+    ----------
+    states : States
+        As published by this package's simulator, a row a control period.
+    parameters : mapping
+        Of the simulator.
+    arm : ArmParameters
+        The simulator's, with its declared payload.
+
+    """
+    feedback = parameters.get('effort_feedback', 'total')
+    if feedback == 'total':
+        return states
+    if feedback == 'current':
+        return states._replace(effort=states.effort * np.array(parameters['torque_constant']))
+    effort = states.effort.copy()
+    effort[1:] += gravity_torque(states.q[:-1] + arm.angle_offset, arm)
+    return states._replace(effort=effort)
 
 
 @dataclass(frozen=True, eq=False)

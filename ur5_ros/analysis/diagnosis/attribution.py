@@ -6,6 +6,7 @@ from typing import Any
 from ur5_ros.analysis.checks.controller import sampled_cause
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.diagnosis.command_path import path_causes
+from ur5_ros.analysis.diagnosis.compensation import NAME, compensation_cause
 from ur5_ros.analysis.diagnosis.contact import contact_cause
 from ur5_ros.analysis.diagnosis.plant import plant_causes
 from ur5_ros.analysis.result import FAIL, Check
@@ -38,6 +39,8 @@ def causes(run: Run, checks: Sequence[Check], residual_limit: float = 0.0,
     sampled = sampled_cause(run, checks)
     if sampled is not None:
         found.append(sampled)
+    if failed.intersection((*_PLANT, NAME)) and (cause := compensation_cause(run)):
+        found.append(cause)
     if failed.intersection(_PATH):
         found += path_causes(run)
     if failed.intersection(_PLANT) and record is not None:

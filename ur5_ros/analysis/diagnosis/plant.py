@@ -1,5 +1,6 @@
 """Causes in the plant: another arm, payload, friction, rotor inertia, gravity; fitted."""
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -7,6 +8,12 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.diagnosis.differences import differences
+from ur5_ros.analysis.diagnosis.friction import (
+    FASTEST_DECAY,
+    SLOWEST_DECAY,
+    stiction_cause,
+    stribeck_velocity,
+)
 from ur5_ros.analysis.diagnosis.selection import (
     SIGNIFICANT,
     Causes,
@@ -16,13 +23,16 @@ from ur5_ros.analysis.diagnosis.selection import (
 )
 from ur5_ros.analysis.residual_blocks import (
     SampleBlocks,
+    load_torque,
     sample_blocks,
     sliding,
+    stribeck_torque,
     unit_torques,
 )
 from ur5_ros.config import list_arms, load_arm
-from ur5_ros.model.dynamics import inverse_dynamics
+from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.model.regressor import dynamics_regressor
 from ur5_ros.signals import JOINT_NAMES
 
 #: A cause must explain this share of the unexplained torque, squared; more where the plant's time
@@ -32,13 +42,18 @@ SHARE_EXACT, SHARE_MEASURED = 1e-6, 1e-3
 #: What a true cause leaves at most in exact samples.
 ROUNDING = 1e-12
 
+#: Block means below this are rounding [N m].
+LEAST_TORQUE = 1e-9
+
 #: Smallest standard error, as a share of the value: the model is not known better.
 PRECISION = 1e-9
 
 #: What a mass may be uncertain by before it is not named, as a share of it.
 VAGUE = 0.5
 
-_UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2'}
+_UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2',
+          'load-dependent friction': '1', 'Stribeck friction': 'N m'}
+STRIBECK = 'Stribeck friction'
 
 
 def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
@@ -55,7 +70,7 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     causes = _causes_of(samples, arm)
     least = SHARE_EXACT if samples.exact else SHARE_MEASURED
     other, left = _best_arm(samples, arm, causes.weight)
-    fit = choose(causes, least)
+    fit, causes, velocity = _choose(samples, causes, least)
     if not samples.exact:
         fit = with_confounders(fit, causes)
     # one cause alone does as well
@@ -64,7 +79,51 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2)):
         parts = _sentences(fit, causes) if set(fit.names) <= {'armature', 'gravity'} else []
         return [_arm_cause(other, arm, 1.0 - left, samples, causes.weight), *parts]
-    return _sentences(fit, causes)
+    found = _sentences(fit, causes)
+    for cause in found:
+        if cause['kind'] == STRIBECK:
+            cause |= {'velocity': velocity, 'sentence': f'{cause["sentence"]}; it has fallen to '
+                      f'1/e at {velocity:.4g} rad/s'}
+    if samples.exact and (stiction := _stiction(samples, fit, causes)):
+        found = [*(cause for cause in found if cause['kind'] != 'unexplained'), stiction]
+    return found
+
+
+def _choose(samples: SampleBlocks, causes: Causes, least: float) -> tuple[Fit, Causes, float]:
+    """Return the causes chosen, with a Stribeck effect where the others leave something."""
+    if not np.abs(causes.torque[causes.weight > 0.0]).max(initial=0.0) > LEAST_TORQUE:
+        return Fit((), np.zeros(0), np.zeros(0), 0.0, np.zeros(0, dtype=bool)), causes, 0.0
+    first = choose(causes, least)
+    if first.left < (ROUNDING if samples.exact else least) or not sliding(samples).any():
+        return first, causes, 0.0
+    velocity = stribeck_velocity(samples, causes)
+    more = causes._replace(
+        units={**causes.units, STRIBECK: stribeck_torque(samples, velocity)})
+    second = choose(more, least)
+    if STRIBECK in second.names and 1.01 * SLOWEST_DECAY < velocity < 0.99 * FASTEST_DECAY:
+        return second, more, velocity
+    return first, causes, 0.0
+
+
+def _stiction(samples: SampleBlocks, fit: Fit, causes: Causes) -> dict[str, Any] | None:
+    """Return the cause where joints hold more at rest than the fitted friction resists."""
+    held, level = samples.unexplained_torque.copy(), np.zeros(samples.qd.shape)
+    for name in fit.names:
+        value = fit.value[fit.part(name, causes)]
+        if name == 'payload':
+            held -= dynamics_regressor(
+                samples.q, samples.qd, samples.qdd, causes.arm)[..., 50:] @ value
+        elif name == 'gravity':
+            held -= gravity_torque(samples.q, replace(causes.arm, gravity=value))
+        elif name == 'armature':
+            held -= value * samples.qdd
+        elif name == 'viscous friction':
+            held -= value * samples.qd_next
+        elif name == 'load-dependent friction':
+            level += value * np.abs(load_torque(samples, causes.arm))
+        else:
+            level += value
+    return stiction_cause(samples, held, level)
 
 
 def _causes_of(samples: SampleBlocks, arm: ArmParameters) -> Causes:

@@ -147,7 +147,7 @@ def _least_squares(x: np.ndarray, y: np.ndarray, blocks: int):
 
 def _lowest(name: str, causes: Causes) -> np.ndarray:
     """Return the least value of each parameter of a cause."""
-    if name in ('viscous friction', 'Coulomb friction'):
+    if name.endswith('friction'):
         return np.zeros(6)
     if name == 'armature':
         return -causes.arm.armature - 1e-9

@@ -56,6 +56,14 @@ def declare(node: Node, record: type[Record], elsewhere: Collection[str] = ()) -
     return parameters
 
 
+def update(node: Node, before: Record, after: Record) -> Record:
+    """Set the declared parameters that a start has worked out anew; return the record of all."""
+    declared = before.by_name()
+    node.set_parameters([RosParameter(name, value=value) for name, value in
+                         after.by_name().items() if value != declared[name]])
+    return after
+
+
 def serve(
     node: Node, parameters: Sequence[Parameter], change: Callable[[dict[str, Any]], None],
     prepare: Callable[[dict[str, Any]], None],

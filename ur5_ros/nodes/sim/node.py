@@ -19,7 +19,7 @@ from ur5_ros.config.worlds import world_text
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
-from ur5_ros.nodes.ros.parameters import declare
+from ur5_ros.nodes.ros.parameters import declare, update
 from ur5_ros.nodes.ros.process import DONE, LOSS
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, run_of
@@ -67,6 +67,7 @@ class SimNode:
         self.logger = self.node.get_logger()
         self.run_name = run_of(parameters.bag, new_run_name)
         plant = plant_from_parameters(parameters)
+        parameters = self.parameters = update(self.node, parameters, plant.parameters)
         self.recording = Recording(parameters.bag, 'sim', parameters.max_bagfile_duration,
                                    parameters.max_bagfile_size)
         self._loop = loop(self.node, parameters.hot_loop)
@@ -136,6 +137,10 @@ class SimNode:
         word = self.simulation.reset()
         self.gate.was_reset(self.simulation.plant.k)
         return word
+
+    def resume_torque_mode(self) -> str:
+        """Let commands act again after silence ended torque mode."""
+        return self.simulation.plant.resume_torque_mode()
 
     def change(self, changes: dict[str, Any]) -> None:
         """Change live parameters, all or none; they act from the next period."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from ur5_ros.config import SIM_PARAMETERS
@@ -136,6 +137,43 @@ def _respond(step: StepRequest, success: bool, message: str) -> None:
     step.service.send_response(response, step.header)
 
 
+def offer_friction_model(node: Node) -> None:
+    """Offer the service of UR's friction_model_controller, where ``ur_msgs`` is installed."""
+    try:
+        from ur_msgs.srv import SetFrictionModelParameters
+    except ImportError:
+        return
+
+    def handle(request: Any, response: Any) -> Any:
+        # the scales stand in the request, or in a message in it: ur_msgs has had both
+        response.success = set_compensation(node, getattr(request, 'parameters', request))
+        return response
+
+    node.create_service(SetFrictionModelParameters, '~/set_friction_model_parameters', handle,
+                        qos_profile=REQUESTS)
+
+
+def set_compensation(node: Node, scales: Any) -> bool:
+    """
+    Set what the robot compensates of its friction, as parameters; return whether it was taken.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The simulator's, whose parameters are served.
+    scales
+        With ``viscous_scale`` and ``coulomb_scale``, six numbers each.
+
+    """
+    result = node.set_parameters_atomically([
+        Parameter(f'friction_compensation.{kind}_scale',
+                  value=[float(x) for x in getattr(scales, f'{kind}_scale')])
+        for kind in ('viscous', 'coulomb')])
+    if not result.successful:
+        node.get_logger().warning(result.reason)
+    return bool(result.successful)
+
+
 def offer_services(node: Node, sim: Any) -> None:
     """
     Offer ``~/pause``, ``~/reset``, ``~/zero_force_torque_sensor`` and the parameters.
@@ -155,6 +193,9 @@ def offer_services(node: Node, sim: Any) -> None:
     add_service(node, Trigger, '~/reset', lambda request: call(sim.reset))
     add_service(node, Trigger, '~/zero_force_torque_sensor',
                 lambda request: call(sim.simulation.zero_force_torque_sensor))
+    add_service(node, Trigger, '~/resume_torque_mode',
+                lambda request: call(sim.resume_torque_mode))
+    offer_friction_model(node)
 
     offer_standard_services(node, sim)
     serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)), _prepare)

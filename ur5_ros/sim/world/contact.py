@@ -143,9 +143,10 @@ class ContactWorld:
         points, pairs = self.scene.points()
         q = state[:6]
         ((a, b, c, d, e, f), bias) = bullet.mass_and_bias(q, state[6:])
+        external = tool_torque(bullet, q, integrator.effects)
         if integrator.wrench:
-            tau = tau + tool_torque(bullet, q, integrator.effects)
-        _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau)
+            tau = tau + external
+        _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau, *external)
         force = np.empty((len(pairs), 3)) if pairs else _NO_FORCE
         code = kernel.contact_step.single(
             self._state, integrator.constants, self._constants, self.bodies, points,

@@ -12,7 +12,16 @@ from ur5_ros.model.kernels.base_parameters import D1, GRAVITY, SIZE
 from ur5_ros.model.kernels.compiled import B1, R1, R2, W1, W2, inlined, kernel
 from ur5_ros.model.kernels.plane_geometry import axes
 from ur5_ros.model.kernels.trigonometry import sine_cosine
-from ur5_ros.sim.integrator_kernel import FAILED, HELD, TOUCH, prepare_step, solve_active_set
+from ur5_ros.sim.integrator_kernel import (
+    FAILED,
+    HELD,
+    LOWER,
+    STEP_TIME,
+    TOUCH,
+    UPPER,
+    prepare_step,
+    solve_active_set,
+)
 from ur5_ros.sim.world.contact_rows import (
     factor,
     substitute,
@@ -31,7 +40,7 @@ FLOWN = 3
 _PASSES = 8
 #: Numbers of the output: q', qd', joint torque of all contacts, sweeps.
 OUTPUT = 19
-_JOINTS = 174
+_JOINTS = 180
 
 
 def work_size(bodies: int, contacts: int) -> int:
@@ -54,11 +63,11 @@ def write_bodies(bodies, rotations, gravity, h, X, F, u):
 @inlined
 def write_joints(q, qd, delta, constants, J, F, out, held):
     """Write q', qd', the torque of all contacts and the joints held; return HELD if one is."""
-    code, h = 0, constants[30]
+    code, h = 0, constants[STEP_TIME]
     for j in range(6):
         out[6 + j] = qd[j] + delta[j]
         out[j] = q[j] + h * out[6 + j]
-        held[j] = out[j] >= constants[24 + j] - TOUCH or out[j] <= constants[18 + j] + TOUCH
+        held[j] = out[j] >= constants[UPPER + j] - TOUCH or out[j] <= constants[LOWER + j] + TOUCH
         if held[j]:
             code = HELD
         out[12 + j] = 0.0
@@ -86,11 +95,11 @@ def contact_step(state, constants, k, bodies, points, last_points, last_force, f
     ``state`` and ``constants`` as of ``engine_torque``; ``k`` is the packed arm in the gravity in
     force, and its angle offsets; ``force`` becomes the force on A of every contact in ``base``.
     """
-    q, qd, gravity, h = state[42:48], state[48:54], k[GRAVITY:GRAVITY + 3], constants[30]
+    q, qd, gravity, h = state[42:48], state[48:54], k[GRAVITY:GRAVITY + 3], constants[STEP_TIME]
     M, drive = work[:36].reshape((6, 6)), work[36:42]
     lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
     solving, free, loaded = work[66:132], work[102:108], work[132:138]
-    L, was_free = work[138:174].reshape((6, 6)), out[6:12]
+    L, level, was_free = work[138:174].reshape((6, 6)), work[174:180], out[6:12]
     n, count, number = 6 + 6 * bodies.shape[0], points.shape[0], bodies.shape[0]
     rows, at = 3 * count, _JOINTS
     u, before = work[at:at + n], work[at + n:at + 2 * n]
@@ -106,7 +115,7 @@ def contact_step(state, constants, k, bodies, points, last_points, last_force, f
     at += rows + 2 * count
     directions = work[at:at + 9 * count].reshape((count, 3, 3))
     W = work[at + 9 * count:at + 15 * count].reshape((count, 6))
-    prepare_step(state, constants, M, drive, lowest, highest)
+    prepare_step(state, constants, M, drive, lowest, highest, level)
     for j in range(6):
         before[j] = qd[j]
     for i in range(number):
@@ -129,7 +138,7 @@ def contact_step(state, constants, k, bodies, points, last_points, last_force, f
             loaded[j] = drive[j]
             for r in range(rows):
                 loaded[j] += J[r, j] * F[r]
-        if solve_active_set(M, loaded, qd, constants[12:18], lowest, highest, solving, delta, f):
+        if solve_active_set(M, loaded, qd, level, lowest, highest, solving, delta, f):
             return FAILED
         same = attempt > 0
         for j in range(6):
