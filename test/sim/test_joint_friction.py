@@ -126,7 +126,7 @@ def test_an_arm_brings_its_friction_where_asked(plant_of):
     plant = plant_of(arm='ur5e_real', friction__from_arm=True,
                      friction__load_factor=[0.02] * 6)
     own = load_arm('ur5e_real').friction
-    assert plant.parameters['friction.coulomb'] == own.coulomb.tolist()
-    assert plant.parameters['friction.viscous_cubic'] == own.viscous_cubic.tolist()
-    assert plant.parameters['friction.load_factor'] == [0.02] * 6
-    assert plant_of(arm='ur5e_real').parameters['friction.coulomb'] == [0.0] * 6
+    assert plant.parameters.friction_coulomb == own.coulomb.tolist()
+    assert plant.parameters.friction_viscous_cubic == own.viscous_cubic.tolist()
+    assert plant.parameters.friction_load_factor == [0.02] * 6
+    assert plant_of(arm='ur5e_real').parameters.friction_coulomb == [0.0] * 6

@@ -77,7 +77,7 @@ def test_effort_is_reported_as_the_drives_do(plant_of, feedback):
         gravity = gravity_torque(plant.truth.q, plant.arm)
         reported, total = plant.step(gravity + rng.normal(size=6)).effort, plant.truth.effort
         expected = {'total': total, 'gravity_excluded': total - gravity,
-                    'current': total / plant.parameters['torque_constant']}[feedback]
+                    'current': total / plant.parameters.torque_constant}[feedback]
         np.testing.assert_allclose(reported, expected, atol=1e-12)
 
 
@@ -125,7 +125,7 @@ def test_a_payload_that_is_no_body_is_refused_and_changes_nothing(plant_of, name
     plant = plant_of(arm='ur5e')
     with pytest.raises(InputError, match=words) as error:
         plant.change(name, value)
-    assert '\n' not in str(error.value) and plant.parameters[name] == [0.0] * 6
+    assert '\n' not in str(error.value) and plant.parameters.by_name()[name] == [0.0] * 6
 
 
 def test_silence_ends_torque_mode_where_it_is_asked_to(plant_of):

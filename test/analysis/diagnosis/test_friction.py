@@ -113,7 +113,7 @@ def test_stiction_is_found_beside_a_payload(looped):
 STIFFNESS, DAMPING, PUSH = 400.0, 6.0, 0.05
 
 
-def touched(temperature_factor, seconds=8.0, rate=500):
+def touched(temperature_factor, seconds=5.0, rate=500):
     """Return a run at zero torque in which a hand pushes the tool aside and holds it lightly."""
     parameters = {
         'arm': 'ur5e', 'control_rate': rate, 'physics_rate': 1000,
@@ -142,7 +142,7 @@ def touched(temperature_factor, seconds=8.0, rate=500):
     seen, true = (States(*(np.array([getattr(each, part) for each in many])
                            for part in ('q', 'qd', 'effort'))) for many in (states, truths))
     return Run('touched', np.array([each.stamp for each in states]), seen, float(rate), 1000.0,
-               true, sim=NodeRecord('ur5e', arm, plant.parameters), events=tuple(
+               true, sim=NodeRecord('ur5e', arm, plant.parameters.by_name()), events=tuple(
                    RecordedEvent(each.stamp, each.kind, each.message, {
                        key: json.loads(value) for key, value in each.values.items()})
                    for each in events))
