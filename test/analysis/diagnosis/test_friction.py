@@ -130,6 +130,10 @@ def touched(temperature_factor, seconds=5.0, rate=500):
     middle = forward_kinematics(plant.truth.q, arm)[1, 3]
     states, truths, events = [plant.state], [plant.truth], []
     for k in range(round(seconds * rate)):
+        if k % 5:
+            states.append(plant.step(np.zeros(6)))
+            truths.append(plant.truth)
+            continue
         q, qd = plant.truth.q, plant.truth.qd
         aside = PUSH if k < 0.5 * rate else 0.0
         force = (STIFFNESS * (middle + aside - forward_kinematics(q, arm)[1, 3])

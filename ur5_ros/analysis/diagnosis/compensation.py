@@ -86,7 +86,7 @@ def compensation_cause(run: Run) -> dict[str, Any] | None:
 
 def limit_cycle(run: Run) -> dict[str, Any] | None:
     """Return the swing that goes on to the end of a run and that no reference asks for."""
-    last = slice(3 * len(run.stamp) // 4, None)
+    last = slice(len(run.stamp) // 2, None)
     qd = run.exact.qd[last]
     if run.reference is not None:
         qd = qd - np.nan_to_num(run.reference.qd[last])
