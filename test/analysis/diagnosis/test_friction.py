@@ -110,7 +110,7 @@ def test_stiction_is_found_beside_a_payload(looped):
 
 
 #: A hand that lightly holds the tool: stiffness [N/m], damping [N s/m], and its push [m].
-STIFFNESS, DAMPING, PUSH = 400.0, 6.0, 0.05
+STIFFNESS, DAMPING, PUSH = 400.0, 8.0, 0.05
 
 
 def touched(temperature_factor, seconds=5.0, rate=500):
@@ -130,7 +130,7 @@ def touched(temperature_factor, seconds=5.0, rate=500):
     middle = forward_kinematics(plant.truth.q, arm)[1, 3]
     states, truths, events = [plant.state], [plant.truth], []
     for k in range(round(seconds * rate)):
-        if k % 5:
+        if k % 2:
             states.append(plant.step(np.zeros(6)))
             truths.append(plant.truth)
             continue
