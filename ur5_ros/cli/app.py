@@ -179,10 +179,12 @@ def import_(
         '--out', metavar='RUN', help='Run folder to write.', show_default=False)],
     arm: Annotated[str, typer.Option(
         metavar='NAME', autocompletion=_arms, help='Arm that the log is of.')] = 'ur5_controller',
+    columns: Annotated[str | None, typer.Option(
+        metavar='NAME,...', help="ur_rtde's names in the order of the file, - skips one.")] = None,
 ) -> int:
     """Turn a robot's own log into a bag."""
     from ur5_ros.cli import bags
-    return bags.import_log(log, out, arm)
+    return bags.import_log(log, out, arm, columns)
 
 
 @app.command()

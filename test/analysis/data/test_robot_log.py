@@ -1,13 +1,15 @@
 """A robot's own log becomes a bag that is judged and identified like any other."""
 
 import gzip
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ur5_ros.analysis.data.load import load_run
-from ur5_ros.analysis.data.robot_log import COLUMNS, import_log, read_log
+from ur5_ros.analysis.data.log_table import read_table
+from ur5_ros.analysis.data.robot_log import COLUMNS, import_log
 from ur5_ros.analysis.identification.identify import identify
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config import load_arm
@@ -67,14 +69,14 @@ def at(line, change):
 
 @pytest.mark.parametrize('spoil, says', [
     (at(0, lambda line: line.replace('q_actual_3', 'q_actual_x')), 'no columns q_actual_1..6'),
-    (at(0, lambda line: line.replace('t,', 'time,', 1)), 'no column t or timestamp'),
+    (at(0, lambda line: line.replace('t,', 'clock,', 1)), 'no column t or timestamp or time'),
     (at(0, lambda line: line.replace('q_target_2', 'q_target_1')), 'stands twice'),
-    (at(5, lambda line: line.replace(line.split(',')[1], 'nan')), 'line 6 holds what is no'),
-    (at(5, lambda line: line.replace(line.split(',')[1], 'abc')), 'not a table of numbers'),
-    (at(9, lambda line: line.rpartition(',')[0]), 'not a table of numbers'),
-    (at(7, lambda line: '0.0,' + line.partition(',')[2]), 'the time of line 8'),
+    (lambda lines: lines[1:], 'have no names; name them.*--columns'),
+    (lambda lines: lines[:1] + [line.replace('.', '.x') for line in lines[1:]],
+     '0 of 400 rows can be used.*no numbers: dropped .first: line 2'),
     (lambda lines: lines[:1], 'at least two whole rows'),
-    (lambda lines: lines[:2], 'at least two whole rows')])
+    (lambda lines: lines[:2], 'at least two whole rows'),
+    (lambda lines: [], 'is empty')])
 def test_a_bad_log_is_refused_by_line_or_column(tmp_path, spoil, says):
     log = tmp_path / 'log.csv'
     log.write_text(text(spoil=spoil))
@@ -83,12 +85,103 @@ def test_a_bad_log_is_refused_by_line_or_column(tmp_path, spoil, says):
     assert not (tmp_path / 'run').exists()
 
 
+def cell(line, column, value):
+    """Return a change of one cell of a line."""
+    def spoil(lines):
+        cells = lines[line].split(',')
+        cells[column] = value
+        lines[line] = ','.join(cells)
+        return lines
+    return spoil
+
+
+@pytest.mark.parametrize('spoil, says, rows', [
+    (cell(5, 1, 'nan'), '1 rows of 400 hold a value that is no number or impossible.*line 6', 399),
+    (cell(5, 1, '5.9e293'), '1 rows of 400 hold a value that is no number or impossible', 399),
+    (cell(5, 1, 'inf'), '1 rows of 400 hold a value that is no number or impossible', 399),
+    (cell(5, 1, 'abc'), '1 rows of 400 are cut off or no numbers.*line 6', 399),
+    (at(9, lambda line: line.rpartition(',')[0]), '1 rows of 400 are cut off.*line 10', 399),
+    (at(400, lambda line: line[:40]), '1 rows of 400 are cut off.*line 401', 399),
+    (cell(7, 0, '0.0'), '1 rows of 400 go back in time.*line 8', 399),
+    (lambda lines: lines[:1] + [each for line in lines[1:] for each in (line, line)],
+     '400 rows of 800 repeat the time', 400)])
+def test_rows_that_do_not_count_are_dropped_and_counted_by_line(tmp_path, spoil, says, rows):
+    (tmp_path / 'log.csv').write_text(text(spoil=spoil))
+    sentences = import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5_real')
+    assert re.search(says, '; '.join(sentences))
+    run = load_run(tmp_path / 'run')
+    assert len(run.stamp) == rows and re.search(says, '; '.join(run.remarks))
+    result = validate(run)
+    assert result.check('inverse dynamics').verdict == 'pass'
+    assert result.check('timing').verdict == 'pass'  # a dropped row is no gap of the recorder
+
+
+def with_column(place, name, value):
+    """Return a change that adds a column of one text."""
+    def spoil(lines):
+        out = []
+        for i, line in enumerate(lines):
+            cells = line.split(',')
+            cells.insert(place, name if i == 0 else value)
+            out.append(','.join(cells))
+        return out
+    return spoil
+
+
+@pytest.mark.parametrize('spoil', [
+    with_column(1, 'safety', 'NORMAL'), with_column(3, 'ok', 'True'),
+    with_column(1, 'note', '"a b"'), with_column(1, 'empty', ''),
+    at(0, lambda line: line.replace('t,', 'time,', 1)),
+    at(0, lambda line: '# ' + line), lambda lines: ['', *lines, '', ''],
+    lambda lines: [line + '\r' for line in lines]])
+def test_only_the_columns_that_are_used_are_parsed(tmp_path, spoil):
+    (tmp_path / 'log.csv').write_text(text(spoil=spoil), newline='')
+    import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5_real')
+    run = load_run(tmp_path / 'run')
+    np.testing.assert_allclose(run.states.q, table()[0]['q'], atol=1e-8)
+    assert run.remarks == ()
+
+
+@pytest.mark.parametrize('separator', [';', '\t'])
+def test_a_decimal_comma_is_read(tmp_path, separator):
+    (tmp_path / 'log.csv').write_text(text(1, separator).replace('.', ','))
+    import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5_real')
+    np.testing.assert_allclose(load_run(tmp_path / 'run').states.q, table()[0]['q'], atol=1e-8)
+
+
+@pytest.mark.parametrize('columns', [
+    'timestamp,actual_q,actual_qd,target_moment',
+    'timestamp,' + ','.join(f'{name}_{i}' for name in ('actual_q', 'actual_qd', 'target_moment')
+                            for i in range(6)),
+    'timestamp,actual_q,' + '-,' * 6 + 'target_moment'])
+def test_a_log_without_names_is_read_by_those_of_the_option(tmp_path, columns):
+    lines = text(1, leave=('q_star', 'qd_star', 'qdd_star', 'current', 'tool')).split('\n')[1:]
+    (tmp_path / 'log.csv').write_text('\n'.join(lines))
+    import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5_real', columns)
+    run = load_run(tmp_path / 'run')
+    np.testing.assert_allclose(run.states.effort, table()[0]['torque'], atol=1e-6)
+    assert ('no velocity is measured' in '; '.join(run.remarks)) == ('-,' in columns)
+    with pytest.raises(InputError, match='names 1 columns; the log has 19'):
+        read_table(tmp_path / 'log.csv', 'timestamp')
+
+
+def test_a_declared_payload_becomes_part_of_the_arm(tmp_path):
+    def loaded(lines):
+        return [line + (',payload,payload_cog_0,payload_cog_1,payload_cog_2' if i == 0 else
+                        ',1.28,0.01,0.0,0.05') for i, line in enumerate(lines)]
+    (tmp_path / 'log.csv').write_text(text(1, spoil=loaded))
+    sentences = import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5_real')
+    assert any('declared payload: 1.28 kg' in sentence for sentence in sentences)
+    payload = load_run(tmp_path / 'run').required_control.arm.payload
+    assert payload.mass == 1.28 and payload.com.tolist() == [0.01, 0.0, 0.05]
+
+
 def test_a_log_that_is_no_text_or_absent_is_refused(tmp_path):
     (tmp_path / 'a.csv').write_bytes(bytes(range(256)))
     (tmp_path / 'b.csv.gz').write_bytes(gzip.compress(text().encode())[:900])
     for name in ('a.csv', 'b.csv.gz', 'absent.csv'):
         with pytest.raises(InputError):
-            read_log(tmp_path / name)
+            read_table(tmp_path / name)
 
 
 def test_a_log_without_torques_is_imported_and_said_so(tmp_path):

@@ -18,8 +18,9 @@ from ur5_ros.analysis.result import FAIL, PASS, Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 from ur5_ros.signals import JOINT_NAMES
 
-#: Motion below which kinematics is not judged, RMS over a block [rad].
-AT_REST = 1e-4
+#: Motion that counts as rest, RMS over a block [rad], and the share of the largest one below which
+#: a joint's own motion does not set its scale.
+AT_REST, LITTLE_MOTION = 1e-3, 0.1
 
 NO_TORQUE = 'no torque is recorded'
 
@@ -42,7 +43,7 @@ def kinematics_check(run: Run, marks: Marks) -> Check:
         return judge(name, float(still.max()), 10.0 * AT_REST, 'rad',
                      'the arm is at rest, in position and in velocity')
     error = np.sqrt(np.mean((step - integral)**2, axis=0))
-    share = np.where(moving, error / np.maximum(motion, AT_REST), 0.0)
+    share = error / np.maximum(motion, LITTLE_MOTION * motion.max())
     joint = int(np.argmax(share))
     return judge(name, share[joint], marks['kinematics'], '1',
                  f'positions and integrated velocities differ by {share[joint]:.2%} of the motion '

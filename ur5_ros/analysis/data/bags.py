@@ -34,6 +34,8 @@ class BagData:
     """What was chosen, passed over or assumed."""
     topics: Mapping[str, str] = field(default_factory=dict)
     """Role -> topic."""
+    dropped: tuple[int, ...] = ()
+    """Stamps of rows of a robot's log that were dropped when it was imported [ns]."""
 
     def has(self, role: str) -> bool:
         """Whether messages of this role were read."""
@@ -119,13 +121,16 @@ def _read(bag: Bag, options: ReadingOptions) -> BagData:
             if node:
                 raise
             remarks.append(f"{topics['events'].name} holds no events of this package's simulator")
+    note = bag.notes.get('dropped', {})
+    remarks += [str(remark) for remark in note.get('remarks', ())]
     problems = list(bag.problems)
     if record is not None and not record.summary:
         problems.append(f'{bag.path}: the recording was not closed: the node was killed, or '
                         'still runs')
     return BagData(bag.path, node, run, record, bag.description.get('effort', ''), data, events,
                    tuple(problems), tuple(remarks),
-                   {role: topic.name for role, topic in topics.items()})
+                   {role: topic.name for role, topic in topics.items()},
+                   tuple(int(stamp) for stamp in note.get('stamps', ())))
 
 
 def _skipped(columns: Columns, topic: FoundTopic) -> str:

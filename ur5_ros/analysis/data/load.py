@@ -131,7 +131,9 @@ def _states(bag: BagData, bags: list[BagData], counts, problems, remarks) -> Sta
     """Return the joint states that count, as far as every unfinished bag reaches."""
     columns = bag.data['joint_states']
     if bag.node not in ('sim', 'control'):
-        return foreign_rows(columns, bag.path, counts, problems, remarks)
+        found = foreign_rows(columns, bag.path, counts, problems, remarks)
+        dropped = np.concatenate([found.dropped, np.array(bag.dropped, np.int64)])
+        return found._replace(dropped=np.sort(dropped))
     found = own_rows(columns, bag.path, counts, problems)
     for each in bags:
         if not each.problems or each.node != 'control':
