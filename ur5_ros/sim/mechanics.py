@@ -123,7 +123,7 @@ class Mechanics:
             before, torque, at_stop = self._now, motors, NO_JOINTS
             try:
                 if world is not None:
-                    now, at_stop = world.step(bullet, before, tau, self._at_stops)
+                    now, at_stop = world.step(bullet, before, motors, self._at_stops)
                     self.contacts.append(world.contacts)
                 else:
                     if integrator is not None:

@@ -111,7 +111,7 @@ class ContactWorld:
                           f'{-1e3 * points[worst, GAP]:.3g} mm at the start; move the '
                           'body, or change initial_positions')
 
-    def step(self, bullet: BulletArm, state: Sequence[float], tau: np.ndarray,
+    def step(self, bullet: BulletArm, state: Sequence[float], tau: Sequence[float],
              integrator: PlantIntegrator) -> tuple[tuple[float, ...], np.ndarray]:
         """
         Take one physics step.
@@ -122,8 +122,8 @@ class ContactWorld:
             The arm in the same PyBullet world.
         state : sequence of float
             q [rad] and qd [rad/s] before the step, twelve numbers.
-        tau : numpy.ndarray, shape (6,)
-            Torque of the motors [N m].
+        tau : sequence of float
+            Six torques of the motors [N m].
         integrator : PlantIntegrator
             What acts on the joints beside motors, bodies and gravity.
 
@@ -145,7 +145,7 @@ class ContactWorld:
         ((a, b, c, d, e, f), bias) = bullet.mass_and_bias(q, state[6:])
         external = tool_torque(bullet, q, integrator.effects)
         if integrator.wrench:
-            tau = tau + external
+            tau = [one + other for one, other in zip(tau, external, strict=True)]
         _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau, *external)
         force = np.empty((len(pairs), 3)) if pairs else _NO_FORCE
         code = kernel.contact_step.single(

@@ -49,9 +49,9 @@ class ContactWatch:
             Sentence and values of each contact that begins or ends.
 
         """
-        touching = {pair for step in steps
-                    for pair, force in zip(step.pairs, step.force, strict=True)
-                    if force[0] or force[1] or force[2]}
+        touching = {pair for step in steps if step.pairs
+                    for pair, (x, y, z) in zip(step.pairs, step.force.tolist(), strict=True)
+                    if x or y or z}
         if touching == self._quiet.keys():  # the usual period: nothing begins, nothing ends
             for pair in touching:
                 self._quiet[pair] = 0
