@@ -73,7 +73,7 @@ def test_the_observer_finds_a_torque_that_nothing_else_explains():
 
 
 def resting_robot(push, seed):
-    """Return a look-alike of a UR10e's log at rest: currents with noise, and a hand that pushes."""
+    """Return a look-alike of a UR10e's log at rest: noisy currents, and a hand that pushes."""
     rng = np.random.default_rng(seed)
     n, rate = 1800, 100.0
     arm = load_arm('ur10e')

@@ -30,6 +30,7 @@ TOUCHING = 1e-4
 
 _write = struct.Struct(f'{STATE}d').pack_into
 _NO_FORCE = np.zeros((0, 3))
+_NO_TORQUE = (0.0,) * 6
 
 
 class Contacts(NamedTuple):
@@ -143,8 +144,9 @@ class ContactWorld:
         points, pairs = self.scene.points()
         q = state[:6]
         ((a, b, c, d, e, f), bias) = bullet.mass_and_bias(q, state[6:])
-        external = tool_torque(bullet, q, integrator.effects)
+        external: Sequence[float] = _NO_TORQUE
         if integrator.wrench:
+            external = tool_torque(bullet, q, integrator.effects).tolist()
             tau = [one + other for one, other in zip(tau, external, strict=True)]
         _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau, *external)
         force = np.empty((len(pairs), 3)) if pairs else _NO_FORCE
