@@ -91,7 +91,9 @@ class Result:
     def headline(self) -> str:
         """The verdict in words: a pass without a reference says nothing of the controller."""
         if self.passed and not self.controller_judged:
-            return 'simulation consistent; controller not judged'
+            simulator = self.about.get('simulator') or {}
+            passed = 'simulation consistent' if simulator.get('parameters') else PASS
+            return f'{passed}; controller not judged'
         return self.verdict
 
     def check(self, name: str) -> Check:

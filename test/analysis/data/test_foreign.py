@@ -44,6 +44,7 @@ def remarks(result):
 def test_a_healthy_recording_passes_without_a_remark(judged, made):
     result = judged(arm_messages(made))
     assert result.verdict == 'pass' and not result.about['remarks'] and not result.causes
+    assert result.headline == 'pass; controller not judged'
     assert result.check('effort').verdict == 'pass'
     assert result.check('kinematics').verdict == 'pass'
 
