@@ -76,6 +76,13 @@ class PlantModel:
                          self.wrench)
 
 
+def law_model(run: Run, arm: ArmParameters) -> PlantModel:
+    """Return the plant as the law has it: an arm, and its friction where that is fed forward."""
+    if run.control is not None and run.control.parameters.get('friction_feedforward'):
+        return PlantModel(arm, arm.friction)
+    return PlantModel(arm)
+
+
 def plant_models(run: Run) -> list[tuple[int, PlantModel]]:
     """Return the model in force from each row on: ``(first row, model)``, from row 0."""
     sim = run.required_sim

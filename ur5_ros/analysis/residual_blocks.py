@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.plant_integrator import PlantModel
+from ur5_ros.analysis.plant_integrator import law_model
 from ur5_ros.analysis.residual import residual
 from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
@@ -91,9 +91,12 @@ def _samples(run: Run, arm: ArmParameters, rows: np.ndarray) -> SampleBlocks:
                         0.5 * (effort[rows] + effort[rows + 1]), run.t[rows])
     qdd = (qd[rows + 1] - qd[rows]) * run.control_rate
     found = _against(arm, q[rows], qd[rows], qdd, qd[rows + 1], effort[rows + 1], run.t[rows])
+    model = law_model(run, arm)
+    if run.substeps > 1 or not model.friction.none:
+        defect = residual(run, [(0, model)]).torque[rows]
+        found = found._replace(unexplained_torque=np.nan_to_num(-defect))
     if run.substeps > 1:
-        defect = residual(run, [(0, PlantModel(arm))]).torque[rows]
-        return found._replace(unexplained_torque=np.nan_to_num(-defect))
+        return found
     return found._replace(exact=not run.noisy)
 
 

@@ -128,6 +128,7 @@ class ControlParameters(NodeParameters):
     mode: str
     kp: list[float]
     kd: list[float]
+    friction_feedforward: bool
     experiment: str
     autostart: bool
     max_velocity: list[float]

@@ -14,6 +14,7 @@ from ur5_ros.control.computed_torque import not_finite
 from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.force_guard import ForceGuard
+from ur5_ros.control.friction_feedforward import friction_feedforward
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.kernel import GRAVITY, NOT_FINITE, STATE, TOTAL
@@ -120,6 +121,7 @@ class Controller:
         self._target_wrench = np.zeros(6)
         self._guard = ForceGuard(arm)
         self._law = self._settings.law()
+        self._feedforward = friction_feedforward(self.parameters, arm)
         self._validator = StateValidator()
         self._executor = TrajectoryExecutor()
         self._goals = GoalWatch(self._names)
@@ -176,7 +178,11 @@ class Controller:
                   last: ControlOutput | None) -> tuple[Reference, np.ndarray, int]:
         """Return the reference, the torque with its parts, and which bounds are exceeded."""
         reference = self._executor.at(stamp, self._settings.motion_limits)
-        return reference, *self._law(state, q_before, reference, *self._rate_limit(stamp, last))
+        limit = self._rate_limit(stamp, last)
+        parts, code = self._law(state, q_before, reference, *limit)
+        if self._feedforward is not None:
+            parts, code = self._feedforward(parts, code, reference, *limit)
+        return reference, parts, code
 
     def _rate_limit(self, stamp: int, last: ControlOutput | None) -> tuple[np.ndarray, float]:
         """Return the command before and the largest change since then [N m]."""
@@ -325,6 +331,7 @@ class Controller:
 
         """
         parameters = changed(self.parameters, changes)
+        self._feedforward = friction_feedforward(parameters, self.arm)
         self._settings = settings_from(parameters, self.arm, self._rate, self._target_wrench)
         self._law = self._settings.law()
         self.parameters = parameters

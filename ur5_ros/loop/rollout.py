@@ -44,7 +44,8 @@ def rollout(plan: RunConfig) -> LoopRun | None:
     conventions = sim.effort_convention, control.effort_convention
     if sim.gui or sim.world != EMPTY or 'gravity_excluded' in conventions or not (
             control.mode == 'computed_torque' and control.autostart and control.experiment
-            and control.torque_rate_limit == 0.0) or _robot_acts(sim):
+            and control.torque_rate_limit == 0.0 and not control.friction_feedforward
+    ) or _robot_acts(sim):
         return None
     sim_arm, arm = arm_named(sim.arm), arm_named(control.arm)
     rate = sim.control_rate

@@ -10,6 +10,7 @@ from ur5_ros.analysis.residual import CHUNK
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
+from ur5_ros.model.friction import friction_torque
 from ur5_ros.signals import JOINT_NAMES
 
 
@@ -31,6 +32,9 @@ def law_torque(run: Run, laws: Sequence[Law], rows: np.ndarray) -> np.ndarray:
             a = (star.qdd[some] - (qd - star.qd[some]) @ law.gains.kd.T
                  - (q - star.q[some]) @ law.gains.kp.T)
             out[these] = inverse_dynamics(q + arm.angle_offset, qd, a, arm)
+            if law.parameters.get('friction_feedforward'):
+                load = inverse_dynamics(q + arm.angle_offset, qd, np.zeros(q.shape), arm)
+                out[these] += friction_torque(arm.friction, star.qd[some], load)
     return out
 
 

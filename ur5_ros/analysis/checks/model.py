@@ -7,7 +7,7 @@ import numpy as np
 from ur5_ros.analysis.checks.foreign import inverse_dynamics_check
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.laws import largest
-from ur5_ros.analysis.plant_integrator import PlantModel, plant_models
+from ur5_ros.analysis.plant_integrator import law_model, plant_models
 from ur5_ros.analysis.residual import command_defect, residual
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
@@ -34,7 +34,7 @@ def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     if run.control is None:
         checks.append(not_applicable(_NAMES[0], "the controller's arm is not recorded"))
     else:
-        found = residual(run, [(0, PlantModel(run.control.arm))])
+        found = residual(run, [(0, law_model(run, run.control.arm))])
         series['residual_control'] = found.torque
         checks.append(_residual_check(
             _NAMES[0], found.torque, run, marks, f'the law ({run.control.arm_name})'))
