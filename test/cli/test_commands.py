@@ -33,7 +33,7 @@ def test_validate_takes_the_newest_run_and_writes_what_is_asked_for(ur5, short_r
     judged = ur5('validate', '--json', 'out/r.json', '--html', 'out/r.html', '--junit',
                  'out/r.xml')
     assert judged.code == 0, judged
-    assert judged.out.endswith('written: out/r.xml\n') and judged.err == ''
+    assert 'written: out/r.xml\nnext: ur5 view bags/mine' in judged.out and judged.err == ''
     result = json.loads((tmp_path / 'out' / 'r.json').read_text())
     assert result['about']['folder'].endswith('mine')
     assert result['verdict'] == 'pass' and len(result['checks']) >= 10

@@ -12,7 +12,8 @@ import pytest
 from ur5_ros.cli.run import run
 
 COMMANDS = ('demo', 'warm-up', 'validate', 'compare', 'replay', 'resimulate', 'recontrol',
-            'import', 'identify', 'excite', 'recover', 'sweep', 'view', 'render', 'urdf')
+            'import', 'identify', 'excite', 'recover', 'sweep', 'view', 'render', 'urdf', 'arm',
+            'experiments', 'set')
 
 
 def test_help_of_every_command_fits_one_screen(ur5):
@@ -32,6 +33,17 @@ def test_help_imports_no_simulator_no_ros_and_no_compiler():
             'sys.exit(",".join(slow & set(sys.modules)) or 0)')
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize('command', ['arm', 'experiments'])
+def test_what_comes_with_the_package_is_listed_a_line_each(ur5, command):
+    from ur5_ros.config import config_folder
+    folder = config_folder() / {'arm': 'arms', 'experiments': 'experiments'}[command]
+    out = ur5(command).out
+    names = [path.stem for path in folder.glob('*.yaml')]
+    for name in names:
+        assert sum(line.startswith(f'{name} ') for line in out.splitlines()) == 1
+    assert out.count('\n') <= len(names) + 2
 
 
 def test_a_defect_of_the_package_is_no_verdict(monkeypatch, capfd):

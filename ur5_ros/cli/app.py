@@ -302,6 +302,33 @@ def render(
 
 
 @app.command()
+def arm() -> int:
+    """List the arms, a line each."""
+    from ur5_ros.cli import lists
+    return lists.arms()
+
+
+@app.command()
+def experiments() -> int:
+    """List the experiments, a line each."""
+    from ur5_ros.cli import lists
+    return lists.experiments()
+
+
+@app.command('set', context_settings={'ignore_unknown_options': True})  # -1 is a value
+def set_(
+    node: Annotated[str, typer.Argument(metavar='NODE', help='Such as /ur5_sim.',
+                                        show_default=False)],
+    name: Annotated[str, typer.Argument(metavar='NAME', help='Parameter.', show_default=False)],
+    value: Annotated[str, typer.Argument(metavar='VALUE', help='As in YAML.',
+                                         show_default=False)],
+) -> int:
+    """Set a parameter of a running node."""
+    from ur5_ros.cli import live
+    return live.set_parameter(node, name, value)
+
+
+@app.command()
 def urdf(
     arm: Annotated[str, typer.Option(
         metavar='NAME', autocompletion=_arms, help='Arm: a name or a file.')] = 'ur5',

@@ -1,5 +1,6 @@
 """Pictures of a run: in the browser (``ur5 view``) and off screen (``ur5 render``)."""
 
+import signal
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,6 +43,7 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080,
         raise InputError(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
     if live and run is not None:
         raise InputError('--live shows what runs now; leave the run away')
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does
     viewer = _live(port) if live else _recorded(run, port, reading or {})
     if port not in (0, viewer.page.port):
         print(f'port {port} is taken; {viewer.page.port} is used')

@@ -8,6 +8,7 @@ import numpy as np
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.listener import Listener, Sample
+from ur5_ros.nodes.ros.diagnostics import network
 from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
 from ur5_ros.viewer.page import Page, numbers
 from ur5_ros.viewer.track import Track, tool_positions, tree_of
@@ -87,7 +88,8 @@ class LiveView:
                     self._listener.close()
                     raise
             time.sleep(0.05)
-        print('no /robot_description yet; drawing a ur5')
+        print(f'waiting for /joint_states and /robot_description ({network()}); drawing a ur5',
+              flush=True)
         return tree_of(load_arm('ur5'))
 
     def _track(self) -> Track:

@@ -22,7 +22,13 @@ from ur5_ros.nodes.control.inputs import ControlInputs
 from ur5_ros.nodes.control.services import offer_services
 from ur5_ros.nodes.control.topics import ControlOutputs
 from ur5_ros.nodes.ros.background_executor import LoopRequests, poll_graph
-from ur5_ros.nodes.ros.diagnostics import EverySecond, Refusals, Throttle
+from ur5_ros.nodes.ros.diagnostics import (
+    WAITING_PERIOD,
+    EverySecond,
+    Refusals,
+    Throttle,
+    network,
+)
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.ros.parameters import declare
 from ur5_ros.nodes.ros.process import DONE, LOSS, compiling, fault
@@ -93,7 +99,7 @@ class ControlNode:
         self._robots = 0
         self._reported_rate = 0.0
         self._every_second = EverySecond()
-        self._waiting_line = Throttle()
+        self._waiting_line = Throttle(WAITING_PERIOD)
         self.trajectories = offer_services(self.node, self)
         poll_graph(self.node, self._poll_graph)
         self._loop.start()
@@ -232,7 +238,8 @@ class ControlNode:
 
     def _log_waiting(self) -> None:
         if self._waiting_line('waiting'):
-            self._logger.info(f'waiting for states on {self._names["joint_states"]}')
+            self._logger.info(f'waiting for states on {self._names["joint_states"]}; '
+                              f'{network()}')
 
     def _end_goals(self) -> None:
         """Go on until open goals of the action have their results, which takes a moment."""

@@ -1,11 +1,25 @@
 """Throttled log lines, counted refusals, and when the next report is due."""
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
 
+from ur5_ros.nodes.ros.environment import PROFILES
+
 #: Wall time between two log lines of the same kind [s].
 THROTTLE = 5.0
+
+
+#: How often a node that waits reports it, with where it listens [s].
+WAITING_PERIOD = 60.0
+
+
+def network() -> str:
+    """Return in which domain and with which network profile this process listens."""
+    domain = os.environ.get('ROS_DOMAIN_ID') or '0'
+    profile = next((os.environ[name] for name in PROFILES if os.environ.get(name)), 'none')
+    return f'ROS_DOMAIN_ID {domain}, network profile {profile}'
 
 
 class Throttle:

@@ -3,6 +3,7 @@
 from typing import Any
 
 from ur5_ros.cdr.diagnostics import ERROR, OK, WARN
+from ur5_ros.nodes.ros.diagnostics import network
 from ur5_ros.nodes.ros.topics import incompatible_publishers
 
 
@@ -61,7 +62,7 @@ def report(sim: Any) -> None:
     elif not gate.accepted:
         word = f'waiting for the first command on {" or ".join(sim.inputs.command_topics)}'
         if sim.waiting_line('waiting'):
-            sim.logger.info(word)
+            sim.logger.info(f'{word}; {network()}')
     sim.outputs.diagnostics(plant.stamp, level, word, {
         'run': sim.run_name, 'state': plant.k, 'paused': sim.simulation.paused,
         'repeatable': gate.repeatable, **counters(sim),

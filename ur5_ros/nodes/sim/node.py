@@ -18,7 +18,7 @@ from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS, WORLD_TOPICS
 from ur5_ros.config.worlds import world_text
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
-from ur5_ros.nodes.ros.diagnostics import EverySecond, Throttle
+from ur5_ros.nodes.ros.diagnostics import WAITING_PERIOD, EverySecond, Throttle
 from ur5_ros.nodes.ros.parameters import declare, update
 from ur5_ros.nodes.ros.process import DONE, LOSS
 from ur5_ros.nodes.ros.realtime import use_realtime
@@ -93,7 +93,7 @@ class SimNode:
         """Whether two nodes ever commanded the arm at once."""
         self.second_simulator = ''
         """Name of a node that publishes on the same topic of states; empty = none."""
-        self.waiting_line = Throttle()
+        self.waiting_line = Throttle(WAITING_PERIOD)
         poll_graph(self.node, lambda: check_publishers(self))
         self._loop.start()
 
