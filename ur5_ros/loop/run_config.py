@@ -10,6 +10,7 @@ from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import Experiment, load_experiment
 from ur5_ros.config.friction import with_arm_friction
 from ur5_ros.config.node_parameters import ControlParameters, SimParameters
+from ur5_ros.config.worlds import world_from
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.control.gains import gains_from
 from ur5_ros.errors import InputError
@@ -97,6 +98,7 @@ def run_config(
         'effort_convention': sim_parameters.effort_convention, **spec.control,
         **(control or {})})
     check_rates(sim_parameters.control_rate, sim_parameters.physics_rate)
+    world_from(sim_parameters)  # refused before anything runs
     if control_parameters.mode == 'computed_torque':
         gains_from(control_parameters.kp, control_parameters.kd)
     return RunConfig(sim_parameters, control_parameters, duration)

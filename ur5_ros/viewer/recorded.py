@@ -9,6 +9,7 @@ from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
 from ur5_ros.viewer.curves import colour_key
 from ur5_ros.viewer.page import Page
 from ur5_ros.viewer.track import arm_of, track, tree_of
+from ur5_ros.viewer.world_scene import WorldScene
 
 FRAME = 1 / 25
 
@@ -27,11 +28,12 @@ class RecordedView:
     """
 
     def __init__(self, run: Run, port: int = 8080):
-        tree = tree_of(arm_of(run))
+        tree = tree_of(arm_of(run), run.sim.world if run.sim else None)
         self._track = track(run, tree)
         self.page = Page(tree, self._track, f'ur5 {run.name}', port)
         self.page.arm.path('measured', self._track.tool, MEASURED)
         self.page.arm.path('reference', self._track.tool_reference, REFERENCE)
+        self.world = WorldScene(self.page.server, run)
         end = float(self._track.t[-1])
         gui = self.page.server.gui
         with self.page.controls:
@@ -87,3 +89,4 @@ class RecordedView:
     def _show(self) -> None:
         with self._lock:
             self.page.show(self._track, self._track.row(self.time.value))
+            self.world.show(self.time.value)

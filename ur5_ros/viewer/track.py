@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.config.worlds import World
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
@@ -54,9 +55,9 @@ def drawable(arm: ArmParameters) -> ArmParameters:
     return dataclasses.replace(arm, inertia=np.broadcast_to(1e-3 * np.eye(3), (6, 3, 3)))
 
 
-def tree_of(arm: ArmParameters) -> UrdfTree:
-    """Return the frames and shapes of an arm."""
-    return parse_urdf(urdf_text(drawable(arm)))
+def tree_of(arm: ArmParameters, world: World | None = None) -> UrdfTree:
+    """Return the frames and shapes of an arm, with the tool of a world."""
+    return parse_urdf(urdf_text(drawable(arm), world=world))
 
 
 def tool_positions(tree: UrdfTree, q: np.ndarray) -> np.ndarray:

@@ -34,6 +34,10 @@ def controller_checks(run: Run, marks: Marks) -> list[Check]:
         return [not_applicable(NOT_JUDGED, 'no reference is recorded, so the controller is not '
                                'judged; give one: --reference TOPIC, EXPERIMENT, joints or pose'),
                 _stability(run, marks)]
+    if run.contact is not None and run.contact.any():
+        why = 'the arm touched something, which keeps it from its reference'
+        return [*(not_applicable(f'controller {what}', why) for what in (
+            'tracking', 'settling', 'overshoot')), _torque(run, marks), _stability(run, marks)]
     known = np.isfinite(run.reference.q).all(axis=1)
     error = np.where(known[:, None], run.exact.q - run.reference.q, np.nan)
     starts = _starts(run, known)
