@@ -12,7 +12,8 @@ from ur5_ros.control.gains import Gains, gains_from
 BEYOND_THEORY = 1.25
 
 #: Parameters whose change makes another law.
-_LAW_PARAMETERS = {'kp', 'kd', 'mode', 'torque_rate_limit'}
+_LAW_PARAMETERS = {'kp', 'kd', 'ki', 'mode', 'torque_rate_limit', 'adaptation_rate',
+                   'boundary_layer', 'disturbance_observer', 'observer_gain'}
 
 
 class Law(NamedTuple):
@@ -27,7 +28,9 @@ class Law(NamedTuple):
     @property
     def promised(self) -> bool:
         """Whether it is computed torque, which promises e'' + Kd e' + Kp e = 0."""
-        return self.parameters.get('mode', 'computed_torque') == 'computed_torque'
+        return (self.parameters.get('mode', 'computed_torque') == 'computed_torque'
+                and not self.parameters.get('law_file')
+                and not self.parameters.get('disturbance_observer'))
 
 
 def laws_of(run: Run) -> list[Law]:

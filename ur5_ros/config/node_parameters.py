@@ -126,8 +126,14 @@ class ControlParameters(NodeParameters):
 
     control_rate: int
     mode: str
+    law_file: str
     kp: list[float]
     kd: list[float]
+    ki: list[float]
+    adaptation_rate: float
+    boundary_layer: list[float]
+    disturbance_observer: bool
+    observer_gain: float
     friction_feedforward: bool
     experiment: str
     autostart: bool

@@ -153,12 +153,24 @@ CONTROL_PARAMETERS = (
     Parameter('control_rate', 0, 'States a second [Hz], for a robot that does not report it; 0 = '
               'as the simulator reports, or as many stamps agree.', 0, 10000),
     Parameter('mode', 'computed_torque', 'The law.',
-              choices=('computed_torque', 'gravity_pd', 'pd', 'impedance', 'cartesian_impedance'),
-              live=True),
+              choices=('computed_torque', 'gravity_pd', 'pd', 'impedance', 'pid',
+                       'computed_torque_integral', 'slotine_li', 'adaptive', 'sliding_mode',
+                       'cartesian_impedance'), live=True),
+    Parameter('law_file', '', 'A Python file whose class Law is the law, in place of mode.'),
     Parameter('kp', [10.0], 'Position gain: 1, 6 or 36 numbers, row-major.', -1e9, 1e9,
               sizes=(1, 6, 36), live=True),
     Parameter('kd', [10.0], 'Velocity gain: 1, 6 or 36 numbers, row-major.', -1e9, 1e9,
               sizes=(1, 6, 36), live=True),
+    Parameter('ki', [1.0], 'Integral gain of pid [N m/(rad s)] and of computed_torque_integral '
+              '[1/s^3]: 1, 6 or 36 numbers, row-major.', -1e9, 1e9, sizes=(1, 6, 36), live=True),
+    Parameter('adaptation_rate', 10.0, 'How fast mode adaptive learns [1/s^2]: about the square '
+              'of a frequency.', 1e-9, 1e9, live=True),
+    Parameter('boundary_layer', [0.5], 'Width of the boundary layer of mode sliding_mode, in '
+              "s = e' + KD^-1 KP e [rad/s]: 1 or 6 numbers.", 1e-9, 1e6, sizes=(1, 6),
+              live=True),
+    Parameter('disturbance_observer', False, 'Take off what a momentum observer finds that the '
+              'model does not explain, on top of any mode.', live=True),
+    Parameter('observer_gain', 20.0, 'How fast it follows [1/s].', 1e-6, 1e4, live=True),
     Parameter('impedance.stiffness', [1000.0, 1000.0, 1000.0, 30.0, 30.0, 5.0], 'Stiffness of the '
               'tool in mode cartesian_impedance [N/m], [N m/rad]: 6 or 36 numbers, row-major.',
               -1e9, 1e9, sizes=(6, 36), live=True),

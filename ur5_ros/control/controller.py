@@ -9,8 +9,7 @@ from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control import planning
-from ur5_ros.control.cartesian_impedance import inverse_is_limited
-from ur5_ros.control.computed_torque import not_finite
+from ur5_ros.control.computed_torque import TorqueLaw, not_finite
 from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.force_guard import ForceGuard
@@ -18,6 +17,8 @@ from ur5_ros.control.friction_feedforward import friction_feedforward
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.kernel import GRAVITY, NOT_FINITE, STATE, TOTAL
+from ur5_ros.control.laws.cartesian_impedance import inverse_is_limited
+from ur5_ros.control.laws.checked import CheckedLaw
 from ur5_ros.control.output import (
     HOLDING,
     MOVING,
@@ -45,6 +46,12 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference
 
 _ZERO = np.zeros(6)
+
+#: Parameters with which the law has nothing to do.
+_MOTION = frozenset({
+    'max_velocity', 'max_acceleration', 'max_jerk', 'max_joint_jump', 'singularity_margin',
+    'tool_speed', 'torque_rate_limit', 'allow_nonzero_velocity_at_trajectory_end', 'guard_force',
+    'constraints.goal_time', 'constraints.trajectory', 'constraints.goal', 'state_timeout'})
 
 
 def controller_from_parameters(
@@ -120,7 +127,7 @@ class Controller:
                 self._settings.control_rate, self._settings.singularity_margin)
         self._target_wrench = np.zeros(6)
         self._guard = ForceGuard(arm)
-        self._law = self._settings.law()
+        self._law = self._make_law()
         self._feedforward = friction_feedforward(self.parameters, arm)
         self._validator = StateValidator()
         self._executor = TrajectoryExecutor()
@@ -313,7 +320,8 @@ class Controller:
             self._counts['refused_inputs'] += 1
             self._refused = self._last_refusal = f'target_wrench: {refusal}'
             raise
-        self.change({})
+        if isinstance(self._law, CheckedLaw):
+            self._law.law.target_wrench = self._target_wrench
 
     def change(self, changes: Mapping[str, Any]) -> None:
         """
@@ -332,9 +340,16 @@ class Controller:
         """
         parameters = changed(self.parameters, changes)
         self._feedforward = friction_feedforward(parameters, self.arm)
-        self._settings = settings_from(parameters, self.arm, self._rate, self._target_wrench)
-        self._law = self._settings.law()
+        self._settings = settings_from(parameters, self.arm, self._rate)
+        if not _MOTION.issuperset(changes):  # else the law keeps its memory
+            self._law = self._make_law()
         self.parameters = parameters
+
+    def _make_law(self) -> TorqueLaw | CheckedLaw:
+        law = self._settings.law()
+        if isinstance(law, CheckedLaw):
+            law.law.target_wrench = self._target_wrench
+        return law
 
     def lose_states(self) -> None:
         """Report 'waiting for states' until the next one comes; a goal of the action ends."""

@@ -16,6 +16,7 @@ from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.worlds import EMPTY
 from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.kernel import TOTAL
+from ur5_ros.control.laws.registry import is_compiled
 from ur5_ros.control.settings import settings_from
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.loop.rollout_engine import Rollout, RolloutEngine
@@ -43,7 +44,8 @@ def rollout(plan: RunConfig) -> LoopRun | None:
     sim, control = plan.sim, plan.control
     conventions = sim.effort_convention, control.effort_convention
     if sim.gui or sim.world != EMPTY or 'gravity_excluded' in conventions or not (
-            control.mode == 'computed_torque' and control.autostart and control.experiment
+            control.mode == 'computed_torque' and is_compiled(control)
+            and control.autostart and control.experiment
             and control.torque_rate_limit == 0.0 and not control.friction_feedforward
     ) or _robot_acts(sim):
         return None

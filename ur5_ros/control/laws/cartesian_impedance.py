@@ -6,8 +6,8 @@ import numpy as np
 
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.parameters import HOME
-from ur5_ros.control import kernel
 from ur5_ros.control.gains import Gains, definite_matrix, sampled_radius
+from ur5_ros.control.laws.law import Law
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.model.kinematics import forward_kinematics, jacobian, jacobian_rate
@@ -110,52 +110,23 @@ def inverse_is_limited(q: np.ndarray, arm: ArmParameters) -> bool:
     return bool(values[-1] < SMALLEST)
 
 
-class CartesianImpedanceLaw:
-    """
-    The law with its constants and the checks that every law makes of state and torque.
+class CartesianImpedance(Law):
+    """The law with its constants; see :func:`cartesian_impedance` for the equation."""
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm that the law assumes, with its limits.
-    impedance : Impedance
-        What the tool is asked to feel like.
-    gravity_excluded : bool
-        Whether the robot adds g(q) itself: the total is then without it.
-    max_state_jump : float
-        Largest distance of a joint between two states [rad].
+    def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
+        super().__init__(arm, gains, parameters)
+        self._impedance = impedance_from(parameters, self.target_wrench)
 
-    """
+    @classmethod
+    def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
+              control_rate: int) -> None:
+        """Refuse an impedance that is unstable when sampled; KP and KD have no part in it."""
+        check_sampled_impedance(impedance_from(parameters, cls.target_wrench), arm, control_rate)
 
-    def __init__(self, arm: ArmParameters, impedance: Impedance, gravity_excluded: bool = False,
-                 max_state_jump: float = np.inf) -> None:
-        self.impedance = impedance
-        self._arm, self._gravity_excluded = arm, gravity_excluded
-        self._jump = max_state_jump
-
-    def __call__(self, state: ArmState, q_before: np.ndarray, reference: Reference,
-                 torque_before: np.ndarray, largest_change: float) -> tuple[np.ndarray, int]:
-        """Return the torque with its parts and what is out of bounds; see ``TorqueLaw``."""
-        limits = self._arm.limits
-        code = 0
-        if not ((np.abs(state.q - q_before) <= self._jump).all()
-                and (np.abs(state.qd) <= limits.velocity).all()
-                and (limits.lower <= state.q).all() and (state.q <= limits.upper).all()):
-            code = kernel.STATE
-        try:
-            torque = np.array(cartesian_impedance(state, reference, self._arm, self.impedance))
-        except (InputError, np.linalg.LinAlgError):  # the state is not finite
-            return np.full((5, 6), np.nan), kernel.STATE | kernel.NOT_FINITE
-        whole = torque[kernel.TOTAL].copy()
-        if self._gravity_excluded:
-            torque[kernel.TOTAL] -= torque[kernel.GRAVITY]
-        if not np.isfinite(torque).all():
-            return torque, code | kernel.NOT_FINITE
-        if not (np.abs(whole) <= limits.effort).all():
-            code |= kernel.EFFORT
-        if np.abs(torque[kernel.TOTAL] - torque_before).max() > largest_change:
-            code |= kernel.RATE
-        return torque, code
+    def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
+        """Return the torque."""
+        impedance = self._impedance._replace(wrench=self.target_wrench)
+        return cartesian_impedance(state, reference, self.arm, impedance)
 
 
 def impedance_from(parameters: ControlParameters, wrench: np.ndarray) -> Impedance:

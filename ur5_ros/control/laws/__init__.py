@@ -1,0 +1,1 @@
+"""The laws beside the compiled ones, each a short file with its equation and source."""

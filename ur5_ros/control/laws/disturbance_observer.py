@@ -1,0 +1,58 @@
+"""A disturbance observer on top of any law: what the model does not explain is taken off."""
+
+import numpy as np
+
+from ur5_ros.control.laws.law import Law
+from ur5_ros.control.momentum_observer import MomentumObserver
+from ur5_ros.signals import ArmState, Reference, Torque
+
+
+def remaining_disturbance(disturbance: np.ndarray, gain: float, time: float) -> np.ndarray:
+    """
+    Return what is left of a constant disturbance some time after it began [N m].
+
+    Parameters
+    ----------
+    disturbance : numpy.ndarray, shape (6,)
+        Joint torque that the model lacks [N m].
+    gain : float
+        ``observer_gain`` [1/s].
+    time : float
+        Since it began [s].
+
+    """
+    return disturbance * np.exp(-gain * time)
+
+
+class DisturbanceObserver(Law):
+    r"""
+    :math:`\tau = \tau_{law} - \hat d`, with d from the generalised momentum p = M qd.
+
+    De Luca and Mattone 2003: :math:`\dot{\hat d} = K (\dot p - \tau - C^T \dot q + g - \hat d)`
+    with the torque that the states report.  Promise: an error of the model that stays constant is
+    gone after some 1 / K; at rest no position error is left.
+
+    Parameters
+    ----------
+    law : Law
+        What the observer corrects.
+
+    """
+
+    def __init__(self, law: Law) -> None:
+        super().__init__(law.arm, law.gains, law.parameters)
+        self.law = law
+        self._observer = MomentumObserver(law.arm, law.parameters.observer_gain)
+
+    def reset(self) -> None:
+        """Forget the disturbance too."""
+        self.law.reset()
+        self._observer.reset()
+
+    def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
+        """Return the law's torque without the disturbance, which counts as feedback."""
+        self.law.target_wrench = self.target_wrench
+        torque = self.law(state, reference, dt)
+        disturbance = self._observer.update(state)
+        return torque._replace(total=torque.total - disturbance,
+                               feedback=torque.feedback - disturbance)

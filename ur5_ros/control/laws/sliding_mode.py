@@ -1,0 +1,68 @@
+"""Sliding mode with a boundary layer: a bounded push against a bounded disturbance."""
+
+import numpy as np
+
+from ur5_ros.config.node_parameters import ControlParameters
+from ur5_ros.control.gains import Gains
+from ur5_ros.control.laws.law import Law, model_terms, torque_of
+from ur5_ros.control.laws.slotine_li import check_sliding, error_bandwidth, sliding_variable
+from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.signals import ArmState, Reference, Torque
+
+
+def layer_width(gains: Gains, boundary_layer: np.ndarray,
+                disturbance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    r"""
+    Return the bounds of :math:`|s|` [rad/s] and :math:`|e|` [rad] that the law promises.
+
+    Inside the layer :math:`\dot s = -K_D s + d`, so that :math:`|s_i| \le D_i / k_i` once what
+    was at the start has died out, and :math:`|e_i| \le |s_i| / \lambda_i`.
+
+    Parameters
+    ----------
+    gains : Gains
+        KP, KD, diagonal.
+    boundary_layer : numpy.ndarray, shape (6,)
+        Phi [rad/s].
+    disturbance : numpy.ndarray, shape (6,)
+        Largest |d| = |M^-1 (torque that the model lacks)| [rad/s^2].
+
+    Returns
+    -------
+    tuple of numpy.ndarray, shapes (6,), (6,)
+        Infinite where the disturbance exceeds what the law pushes with, KD Phi.
+
+    """
+    kp, kd = np.diag(gains.kp), np.diag(gains.kd)
+    s = np.where(disturbance < kd * boundary_layer, disturbance / kd, np.inf)
+    return s, s * kd / kp
+
+
+class SlidingMode(Law):
+    r"""
+    :math:`\tau = M (a - K_D \Phi\,\mathrm{sat}(s / \Phi)) + C \dot q + g`.
+
+    Slotine and Li 1991, section 7.2, with :math:`s = \dot e + \Lambda e`,
+    :math:`\Lambda = K_D^{-1} K_P`: a push of KD Phi towards s = 0, linear within
+    :math:`|s| < \Phi`, so that it does not chatter.
+
+    """
+
+    def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
+        super().__init__(arm, gains, parameters)
+        self._bandwidth = error_bandwidth(gains)
+        self._layer = np.broadcast_to(np.array(parameters.boundary_layer), (6,))
+
+    @classmethod
+    def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
+              control_rate: int) -> None:
+        """Refuse gains that are unstable when sampled."""
+        check_sliding(parameters.mode, gains, arm, control_rate)
+
+    def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
+        """Return the torque."""
+        s, _, a = sliding_variable(state, reference, self._bandwidth)
+        M, C, g = model_terms(state, self.arm)
+        inertial = M @ reference.qdd
+        push = self.gains.kd @ np.clip(s, -self._layer, self._layer)
+        return torque_of(inertial, M @ (a - push) - inertial, C @ state.qd, g)
