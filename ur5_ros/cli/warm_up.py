@@ -23,6 +23,7 @@ KERNELS = (
     (f'{_MODEL}.kinematics', 'jacobian', True),
     (f'{_MODEL}.dynamics', 'gravity', False),
     (f'{_MODEL}.kinematics', 'links', True),
+    (f'{_MODEL}.regressor', 'regressor', True),
 )
 
 

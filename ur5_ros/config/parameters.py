@@ -163,7 +163,7 @@ CONTROL_PARAMETERS = (
               sizes=(1, 6, 36), live=True),
     Parameter('ki', [1.0], 'Integral gain of pid [N m/(rad s)] and of computed_torque_integral '
               '[1/s^3]: 1, 6 or 36 numbers, row-major.', -1e9, 1e9, sizes=(1, 6, 36), live=True),
-    Parameter('adaptation_rate', 10.0, 'How fast mode adaptive learns [1/s^2]: about the square '
+    Parameter('adaptation_rate', 100.0, 'How fast mode adaptive learns [1/s^2]: about the square '
               'of a frequency.', 1e-9, 1e9, live=True),
     Parameter('boundary_layer', [0.5], 'Width of the boundary layer of mode sliding_mode, in '
               "s = e' + KD^-1 KP e [rad/s]: 1 or 6 numbers.", 1e-9, 1e6, sizes=(1, 6),

@@ -381,6 +381,11 @@ class Controller:
                 and inverse_is_limited(state.q, self.arm))
 
     @property
+    def law(self) -> TorqueLaw | CheckedLaw:
+        """The law in force."""
+        return self._law
+
+    @property
     def stamp(self) -> int:
         """Stamp of the last output [ns]; 0 before the first."""
         return 0 if self._output is None else self._output.stamp

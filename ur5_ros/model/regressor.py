@@ -6,10 +6,12 @@ yy, xz, yz, zz (the order of Pinocchio and of most identification software), lin
 other.  Rotor inertia is kept apart: it adds the columns diag(qdd).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.model.kernels import regressor as kernels
 from ur5_ros.model.kernels.arguments import finite_array
 from ur5_ros.model.kinematics import link_transforms
 from ur5_ros.model.parameters import ArmParameters
@@ -110,31 +112,13 @@ def dynamics_regressor(
     """
     q, qd, qdd = np.broadcast_arrays(*(finite_array(name, x, (6,)) for name, x in
                                        (('q', q), ('qd', qd), ('qdd', qdd))))
-    frames = link_transforms(q, arm)
-    lead = q.shape[:-1]
-    rotation, origin = frames[..., :3, :3], frames[..., :3, 3]
-    # joint axes and a point on each, in base
-    axis = np.concatenate([np.broadcast_to([0.0, 0.0, 1.0], (*lead, 1, 3)),
-                           rotation[..., :5, :, 2]], axis=-2)
-    point = np.concatenate([np.zeros((*lead, 1, 3)), origin[..., :5, :]], axis=-2)
-    y = np.zeros((*lead, 6, 60))
-    w = alpha = np.zeros((*lead, 3))
-    a = np.broadcast_to(-arm.gravity, (*lead, 3))
-    for i in range(6):
-        z, speed, gain = axis[..., i, :], qd[..., i, None], qdd[..., i, None]
-        alpha = alpha + gain * z + speed * np.cross(w, z)
-        w = w + speed * z
-        r = origin[..., i, :] - point[..., i, :]
-        a = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
-        back = np.swapaxes(rotation[..., i, :, :], -1, -2)
-        wrench = _wrench_of_parameters(*(np.einsum('...ij,...j->...i', back, v)
-                                         for v in (w, alpha, a)))
-        joints = axis[..., :i + 1, :]
-        columns = np.concatenate([
-            np.einsum('...ij,...kj->...ki', back, np.cross(
-                joints, origin[..., i, None, :] - point[..., :i + 1, :])),
-            np.einsum('...ij,...kj->...ki', back, joints)], axis=-1)
-        y[..., :i + 1, 10 * i:10 * i + 10] = columns @ wrench
+    frames, lead = link_transforms(q, arm), q.shape[:-1]
+    y = np.empty((*lead, 6, 60))
+    kernels.regressor.run(
+        math.prod(lead), [np.ascontiguousarray(frames).reshape(-1, 4),
+                          np.ascontiguousarray(qd).reshape(-1),
+                          np.ascontiguousarray(qdd).reshape(-1)],
+        [np.array(arm.gravity, dtype=float)], [y.reshape(-1, 60)])
     return y
 
 
@@ -175,32 +159,3 @@ def base_parameters(arm: ArmParameters, states: int = 400) -> BaseParameters:
     combination[np.arange(columns.size), columns] = 1.0
     combination[:, others] = folded
     return BaseParameters(columns, combination, float(np.linalg.cond(y[:, columns])))
-
-
-def _wrench_of_parameters(w: np.ndarray, alpha: np.ndarray, a: np.ndarray) -> np.ndarray:
-    # force and moment about the frame origin, (..., 6, 10), all in axes of the link
-    zero = np.zeros(w.shape[:-1])
-    spin = _skew(alpha) + _skew(w) @ _skew(w)
-    wrench = np.zeros((*w.shape[:-1], 6, 10))
-    wrench[..., :3, 0] = a
-    wrench[..., :3, 1:4] = spin
-    wrench[..., 3:, 1:4] = -_skew(a)
-    tensor, turned = _tensor_times(alpha, zero), _tensor_times(w, zero)
-    wrench[..., 3:, 4:] = tensor + _skew(w) @ turned
-    return wrench
-
-
-def _skew(v: np.ndarray) -> np.ndarray:
-    out = np.zeros((*v.shape, 3))
-    x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -z, y, -x
-    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = z, -y, x
-    return out
-
-
-def _tensor_times(v: np.ndarray, zero: np.ndarray) -> np.ndarray:
-    # I v as a matrix times (xx, xy, yy, xz, yz, zz)
-    x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    rows = [[x, y, zero, z, zero, zero], [zero, x, y, zero, z, zero],
-            [zero, zero, zero, x, y, z]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -43,6 +43,8 @@ class DisturbanceObserver(Law):
         super().__init__(law.arm, law.gains, law.parameters)
         self.law = law
         self._observer = MomentumObserver(law.arm, law.parameters.observer_gain)
+        self.disturbance = np.zeros(6)
+        """What the model does not explain, up to the last state [N m]."""
 
     def reset(self) -> None:
         """Forget the disturbance too."""
@@ -53,6 +55,6 @@ class DisturbanceObserver(Law):
         """Return the law's torque without the disturbance, which counts as feedback."""
         self.law.target_wrench = self.target_wrench
         torque = self.law(state, reference, dt)
-        disturbance = self._observer.update(state)
-        return torque._replace(total=torque.total - disturbance,
-                               feedback=torque.feedback - disturbance)
+        self.disturbance = self._observer.update(state)
+        return torque._replace(total=torque.total - self.disturbance,
+                               feedback=torque.feedback - self.disturbance)
