@@ -6,7 +6,6 @@ from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.node_parameters import ControlParameters
-from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.gains import gains_from
 from ur5_ros.control.laws.disturbance_observer import remaining_disturbance

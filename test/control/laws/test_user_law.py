@@ -14,7 +14,7 @@ START = np.array([0.3, -1.2, 1.5, -1.9, -1.4, 0.2])
 STATE = ArmState(1_000_000, START, np.zeros(6), np.zeros(6))
 LATER = ArmState(2_000_000, START + 0.01, np.full(6, 0.1), np.zeros(6))
 
-LAW = '''
+LAW = """
 from ur5_ros import gravity_torque
 
 class Law:
@@ -23,10 +23,10 @@ class Law:
 
     def __call__(self, state, reference, dt):
         {body}
-'''
-GRAVITY_PD = '''return (gravity_torque(state.q, self.arm)
+"""
+GRAVITY_PD = """return (gravity_torque(state.q, self.arm)
                 - self.gains.kp @ (state.q - reference.q)
-                - self.gains.kd @ (state.qd - reference.qd))'''
+                - self.gains.kd @ (state.qd - reference.qd))"""
 
 
 def answers(tmp_path, text, **control):
@@ -71,7 +71,7 @@ def test_a_file_that_was_changed_is_read_again(tmp_path):
     ('x = 1\n', r'defines no class Law; give it one with __init__\(arm, gains, parameters\)'),
     ('Law = 3\n', 'defines no class Law'),
     ('import no_such_module\n', r"No module named 'no_such_module' \(line 1\)"),
-    ('class Law\n', r"SyntaxError: .* \(line 1\)"),
+    ('class Law\n', r'SyntaxError: .* \(line 1\)'),
     ('class Law:\n    def __init__(self):\n        pass\n', 'takes 1 positional argument'),
     ('class Law:\n    def __init__(self, arm, gains, parameters):\n        pass\n',
      r'class Law has no __call__\(state, reference, dt\)'),
