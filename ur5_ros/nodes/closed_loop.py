@@ -3,15 +3,15 @@
 import sys
 from collections.abc import Sequence
 
-from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS
 from ur5_ros.nodes.ros.environment import require_environment
-from ur5_ros.nodes.ros.start import begin_start
-from ur5_ros.nodes.ros.usage import asks_for_help, usage
+from ur5_ros.nodes.ros.start import asks_for_help, begin_start
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run both nodes; ``arguments`` is the command line, program name first."""
     if asks_for_help(sys.argv if arguments is None else arguments):
+        from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS
+        from ur5_ros.nodes.ros.usage import usage
         print(usage('closed_loop', 'Simulator and controller in one process. A parameter goes to '
                     'the node that declares it; -p NODE:NAME:=VALUE goes to one.',
                     {each.name: each for each in (*SIM_PARAMETERS, *CONTROL_PARAMETERS)}.values()))

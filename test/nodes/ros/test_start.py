@@ -70,3 +70,11 @@ def test_a_node_that_compiles_reports_it_and_a_signal_ends_it(ros, tmp_path):
     assert 'waiting for states' not in node.text
     node = ros.start('control', environment={'NUMBA_CACHE_DIR': str(tmp_path)})
     node.says('kernels compiled in', 300)
+
+
+@pytest.mark.parametrize('module', ['sim_node', 'control_node', 'closed_loop'])
+def test_nothing_that_starts_threads_is_imported_before_signals_are_blocked(module):
+    code = (f'import sys\nimport ur5_ros.nodes.{module}\n'
+            'print([name for name in ("numpy", "rclpy", "numba") if name in sys.modules])')
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == '[]'

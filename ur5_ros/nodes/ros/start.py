@@ -2,6 +2,7 @@
 
 import gc
 import os
+from collections.abc import Sequence
 
 from ur5_ros.nodes.ros.shutdown import StopRequest
 
@@ -20,3 +21,11 @@ def begin_start() -> StopRequest:
     gc.disable()
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     return stop
+
+
+def asks_for_help(arguments: Sequence[str]) -> bool:
+    """Return whether a command line asks for help, outside of what is ROS's."""
+    own = list(arguments)[1:]
+    if '--ros-args' in own:
+        own = own[:own.index('--ros-args')]
+    return bool({'-h', '--help'}.intersection(own))

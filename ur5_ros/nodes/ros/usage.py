@@ -1,6 +1,6 @@
 """What ``--help`` of a node prints: how it is called, and its parameters."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from textwrap import fill
 
 from ur5_ros.config.parameters import Parameter
@@ -14,14 +14,6 @@ Ctrl-C ends it. Topics, services and parameters: docs/reference.
 
 Parameters with their defaults; (live): can change while the node runs
 """
-
-
-def asks_for_help(arguments: Sequence[str]) -> bool:
-    """Return whether a command line asks for help, outside of what is ROS's."""
-    own = list(arguments)[1:]
-    if '--ros-args' in own:
-        own = own[:own.index('--ros-args')]
-    return bool({'-h', '--help'}.intersection(own))
 
 
 def usage(program: str, purpose: str, parameters: Iterable[Parameter]) -> str:
