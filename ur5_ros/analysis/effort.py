@@ -29,10 +29,10 @@ CONSTANT, VARYING = 1e-3, 0.02
 WORDS = {
     'total': 'joint torque',
     'gravity_excluded': 'joint torque without gravity',
-    'target': "gravity alone: a controller's target torque for a reference at rest",
+    'target': "gravity alone, a controller's target torque for a reference at rest",
     'current': 'motor current',
     'other_sign': 'joint torque with the other sign',
-    'constant': 'constant: no measurement',
+    'constant': 'constant, no measurement',
 }
 
 

@@ -2,14 +2,16 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ur5_ros.bag.arrays.columns import RawColumns
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import bags_of_run
-from ur5_ros.errors import InputError
+from ur5_ros.bag.untyped import declare_by_content
+from ur5_ros.cdr.codec import decode, definitions_of, encode
+from ur5_ros.errors import BagError, InputError
 
 _STAMPED = 'sensor_msgs/msg/JointState'
 
@@ -27,6 +29,8 @@ class Playback(NamedTuple):
     """Index into ``types`` of each message, shape (n,)."""
     row: np.ndarray
     """Which message of its topic, shape (n,)."""
+    remarks: tuple[str, ...] = ()
+    """Topics that are left out or sent in another form, one sentence each."""
 
     def data(self, i: int) -> bytes:
         """Return message ``i`` as CDR bytes."""
@@ -63,24 +67,74 @@ def load_playback(
     """
     found: dict[str, RawColumns] = {}
     types: dict[str, str] = {}
+    remarks: list[str] = []
     send_time: dict[str, np.ndarray] = {}
     for folder in bags_of_run(run):
         bag = open_bag(folder)
-        named = {topic: kind for topic, kind in bag.topics.items() if topic not in types
-                 and (topics is None or topic in topics) and (clock or topic != '/clock')}
+        named = [topic for topic in bag.topics if topic not in types
+                 and (topics is None or topic in topics) and (clock or topic != '/clock')]
         simulated = _clock_of(bag)
-        for topic, kind in named.items():
-            columns = bag.columns(topic)
-            if len(columns.log_time):
-                types[topic], found[topic] = kind, columns
+        for topic in named:
+            columns = ros2_messages(bag, topic, remarks)
+            if columns is not None and len(columns.log_time):
+                types[topic], found[topic] = bag.topics[topic], columns
                 send_time[topic] = simulated(columns.log_time)
     for topic in topics or ():
         if topic not in types:
-            raise InputError(f'{run}: nothing on topic {topic}; there is: '
-                             f'{", ".join(types)}')
+            why = ''.join(f' ({remark})' for remark in remarks if topic in remark)
+            raise InputError(f'{run}: nothing on topic {topic}{why}; there is: '
+                             f'{", ".join(types) or "nothing"}')
     if not types:
-        raise InputError(f'{run}: no message to send; give a run with messages in it')
-    return _in_order(types, found, send_time, start, stop, run)
+        why = f': {remarks[0]}' if remarks else '; give a run with messages in it'
+        raise InputError(f'{run}: no message to send{why}')
+    return _in_order(types, found, send_time, start, stop, run)._replace(remarks=tuple(remarks))
+
+
+def ros2_messages(bag: Bag, topic: str, remarks: list[str]) -> RawColumns | None:
+    """Return the messages of a topic as ROS 2 sends them, None where they are of another kind."""
+    if not bag.topics[topic] and not declare_by_content(bag, topic, _STAMPED):
+        remarks.append(f'topic {topic}: the file does not state its type; it is left out')
+        return None
+    form = bag.form(topic)
+    if form == 'other':
+        try:
+            bag.definitions(topic)
+        except BagError as problem:
+            remarks.append(f'{problem}; it is left out')
+            return None
+        remarks.append(f'topic {topic}: its messages have other fields than in ROS 2; those of '
+                       'ROS 2 are sent')
+        return _converted(bag, topic)
+    return bag.columns(topic)
+
+
+def _converted(bag: Bag, topic: str) -> RawColumns:
+    """Return messages with the fields that ROS 2 gives their type."""
+    type_name, raw = bag.topics[topic], bag.columns(topic)
+    definitions, times, data = bag.definitions(topic), [], []
+    for i in range(len(raw.log_time)):
+        try:
+            message = decode(type_name, raw.data[raw.offsets[i]:raw.offsets[i + 1]].tobytes(),
+                             definitions)
+        except BagError:
+            continue
+        times.append(i)
+        data.append(encode(type_name, _known_fields(type_name, message)))
+    offsets = np.cumsum([0, *map(len, data)])
+    return RawColumns(raw.log_time[times], raw.publish_time[times],
+                      np.frombuffer(b''.join(data), np.uint8), offsets)
+
+
+def _known_fields(type_name: str, message: dict[str, Any]) -> dict[str, Any]:
+    """Return a message without the fields that its ROS 2 type does not have."""
+    known: dict[str, Any] = {}
+    for field in definitions_of(type_name)[type_name]:
+        value = message[field.name]
+        if field.nested:
+            value = ([_known_fields(field.base, each) for each in value] if field.array else
+                     _known_fields(field.base, value))
+        known[field.name] = value
+    return known
 
 
 def _in_order(
@@ -106,8 +160,12 @@ def _clock_of(bag: Bag) -> Callable[[np.ndarray], np.ndarray]:
     """Return the function from log time to simulated time: the newest state's stamp."""
     names = [topic for topic, kind in bag.topics.items()
              if kind == _STAMPED and topic.endswith('joint_states')]
-    states = bag.joint_states(names[0]) if names else None
-    if states is None or not len(states.stamp) or (np.diff(states.stamp) < 0).any():
+    try:
+        states = bag.joint_states(names[0]) if names else None
+    except BagError:  # such messages are left out of the replay
+        states = None
+    if states is None or len(states.stamp) < 2 or (np.diff(states.stamp) < 0).any() or (
+            states.stamp[0] == states.stamp[-1]):
         return lambda log_time: log_time
 
     def simulated(log_time: np.ndarray) -> np.ndarray:

@@ -137,7 +137,15 @@ class Bag:
     def definitions(self, topic: str) -> Definitions:
         """Return the definitions of a topic's type; BagError if they cannot be read."""
         info = self._info(topic)
-        return definitions_of(self.topics[topic]) if not info.type else info.definitions()
+        try:
+            return definitions_of(self.topics[topic]) if not info.type else info.definitions()
+        except BagError as problem:
+            raise BagError(f'{self.path}: {problem}') from None
+
+    def form(self, topic: str) -> str:
+        """Return ``ros2`` where messages are CDR of the ROS 2 type, ``other`` where not."""
+        info = self._info(topic)
+        return 'ros2' if info.is_ros2 and info.encoding == 'cdr' else 'other'
 
     def declare(self, topic: str, type_name: str) -> None:
         """Set the type of a topic whose file states none."""

@@ -17,6 +17,8 @@ def replay(
     if not 0.0 < rate < float('inf'):
         raise InputError(f'--rate {rate:g}; give more than zero, 1 is real time')
     playback = load_playback(run, topics, start, stop, clock)
+    for remark in playback.remarks:
+        print(f'note: {remark}')
     from ur5_ros.nodes.ros.environment import check_environment
     check_environment()  # the middleware is loaded with the next import
     from ur5_ros.nodes.replay import replay as publish

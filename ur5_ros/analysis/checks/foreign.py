@@ -83,14 +83,14 @@ def _another_arm_fits(run: Run, best: Hypothesis) -> bool:
 
 
 def _sentence(best: Hypothesis, total: Hypothesis) -> str:
-    figures = (f'this leaves {best.misfit:.2%} unexplained, joint torque {total.misfit:.2%}')
+    figures = f'{best.misfit:.2%} stays unexplained, as joint torque {total.misfit:.2%}'
     if best.meaning == 'constant':
-        return f'the effort is {WORDS["constant"]}; torques cannot be judged'
+        return f'the effort is {WORDS["constant"]}, so torques cannot be judged'
     if best.meaning == 'current':
         factors = ', '.join('-' if np.isnan(factor) else f'{factor:.3g}'
                             for factor in best.factors)
-        figures = f'factors of joints 1 to 6: {factors} N m/A; {figures}'
-    return (f'the effort looks like {WORDS[best.meaning]} ({figures}); if it is, give: '
+        figures = f'factors of joints 1 to 6: {factors} N m/A, {figures}'
+    return (f'the effort looks like {WORDS[best.meaning]} ({figures}), and if it is, give '
             f'--effort {best.meaning}')
 
 

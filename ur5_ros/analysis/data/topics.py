@@ -11,7 +11,8 @@ from ur5_ros.analysis.data.node_records import json_field
 from ur5_ros.analysis.data.options import ReadingOptions
 from ur5_ros.bag.arrays.columns import KINDS
 from ur5_ros.bag.reader import Bag
-from ur5_ros.cdr.codec import decode, definitions_of
+from ur5_ros.bag.untyped import declare_by_content
+from ur5_ros.cdr.codec import decode
 from ur5_ros.config.topics import (
     CONTROL_TOPICS,
     ROBOT_TOPICS,
@@ -138,9 +139,8 @@ class _Search:
         return self._forms[topic]
 
     def _sample(self, topic: str, type_name: str) -> list[_Form]:
-        bag, kind = self._bag, KINDS[type_name]
-        definitions = bag.definitions(topic) if bag.topics[topic] else definitions_of(type_name)
-        raw = bag.columns(topic)
+        kind, definitions = KINDS[type_name], self._bag.definitions(topic)
+        raw = self._bag.columns(topic)
         count = len(raw.log_time)
         lengths, first = np.unique(np.diff(raw.offsets), return_index=True)
         rows = np.unique(np.concatenate([first, np.linspace(0, count - 1, min(count, SAMPLE))
@@ -167,8 +167,7 @@ class _Search:
                 found.append(topic)
             elif not type_name and expected in KINDS and (
                     topic.endswith(_ENDINGS[role]) or topic in self._chosen.values()) and (
-                    self.forms(topic, expected)):
-                self._bag.declare(topic, expected)
+                    declare_by_content(self._bag, topic, expected)):
                 self._remarks.append(f'{topic}: the file does not state its type; its messages '
                                      f'are read as {expected}')
                 found.append(topic)
@@ -218,7 +217,7 @@ class _Search:
                       if topic.endswith(_ENDINGS['joint_states'])
                       for problem in _unreadable(bag, topic)]
             if unread:
-                return f'{bag.path}: {unread[0]}'
+                return unread[0]
             listed = ', '.join(f'{topic} ({type_name or "no type"})'
                                for topic, type_name in sorted(bag.topics.items())[:8])
             return (f'{bag.path}: no joint states in it: no topic is {_JOINT_STATE}; there are: '

@@ -62,11 +62,14 @@ class TopicInfo(NamedTuple):
     @property
     def is_ros2(self) -> bool:
         """Whether messages are as ROS 2 defines this type, as far as it is one of the recorded."""
+        if self.type not in DEFINITIONS:
+            return True
         try:
-            return (self.type not in DEFINITIONS
-                    or self.definitions() == definitions_of(self.type))
+            found = self.definitions()
         except BagError:
             return False
+        return all(found.get(name) == fields
+                   for name, fields in definitions_of(self.type).items())
 
 
 #: Encoding of messages -> the way to one that is read.
