@@ -77,8 +77,7 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     explained = len(fit.names) == 1 and fit.left < min(least, 2.0 * left)
     if other and not explained and (left < least or left < 0.1 and fit.left > ROUNDING and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2)):
-        parts = _sentences(fit, causes) if set(fit.names) <= {'armature', 'gravity'} else []
-        return [_arm_cause(other, arm, 1.0 - left, samples, causes.weight), *parts]
+        return [_arm_cause(other, arm, 1.0 - left, samples, causes.weight)]
     found = _sentences(fit, causes)
     for cause in found:
         if cause['kind'] == STRIBECK:
@@ -146,12 +145,13 @@ def _named_arms() -> dict[str, ArmParameters]:
 
 
 def _best_arm(samples: SampleBlocks, arm: ArmParameters, weight) -> tuple[str, float]:
-    """Return the named arm that leaves least unexplained, and how much."""
+    """Return the named arm that leaves least unexplained, same load, and how much."""
     total = float(np.sum((samples.unexplained_torque.mean(axis=1) * weight)**2))
     found = ('', np.inf)
     for name, other in _named_arms().items():
         angles = samples.q - arm.angle_offset + other.angle_offset
-        torque = inverse_dynamics(angles, samples.qd, samples.qdd, other)
+        loaded = replace(other, payload=arm.payload)
+        torque = inverse_dynamics(angles, samples.qd, samples.qdd, loaded)
         left = float(np.sum(((samples.effort - torque).mean(axis=1) * weight)**2)) / total
         if left < found[1]:
             found = (name, left)
@@ -161,7 +161,8 @@ def _best_arm(samples: SampleBlocks, arm: ArmParameters, weight) -> tuple[str, f
 def _arm_cause(name: str, arm: ArmParameters, share: float, samples: SampleBlocks,
                weight: np.ndarray) -> dict[str, Any]:
     """Return the cause that the plant is another arm, with every parameter that differs."""
-    mending = differences(arm, _named_arms()[name], samples, (weight > 0.0).astype(float))
+    plant = replace(_named_arms()[name], payload=arm.payload)
+    mending = differences(arm, plant, samples, (weight > 0.0).astype(float))
     listed = '; '.join(each.words() for each in mending.differences)
     return {
         'kind': 'wrong arm', 'arm': name, 'share': share,

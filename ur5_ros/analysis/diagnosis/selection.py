@@ -13,6 +13,9 @@ MIN_SIGNAL = 40.0
 #: Number of standard errors from which on a value is significant.
 SIGNIFICANT = 5.0
 
+#: A change of the values by less than this share of the largest makes no confounder.
+SLIGHT = 1e-3
+
 #: A load's centre of mass is within this distance of the tool flange [m].
 REACH = 1.0
 
@@ -95,8 +98,9 @@ def with_confounders(best: Fit, causes: Causes) -> Fit:
         moved = np.abs(trial.value[:count] - best.value)
         significant = np.abs(trial.value[count:]) > SIGNIFICANT * trial.error[count:]
         if significant.any() and (moved > SIGNIFICANT * best.error).any():
-            confounders.append(name)
             error = np.maximum(error, np.hypot(moved, trial.error[:count]))
+            if moved.max() > SLIGHT * np.abs(best.value).max():
+                confounders.append(name)
     return best._replace(error=error, confounders=tuple(confounders))
 
 
@@ -161,7 +165,7 @@ def _can_be_a_load(found: Fit, causes: Causes) -> bool:
     if not found.determined[part][:4].all():
         return True  # its size is then not named
     declared = causes.arm.payload.mass
-    if value[0] < -declared - SIGNIFICANT * error[0]:
+    if value[0] < -1.02 * declared - SIGNIFICANT * error[0]:  # 2 % for the averaging of blocks
         return False
     arm = np.linalg.norm(value[1:4]) - SIGNIFICANT * np.linalg.norm(error[1:4])
     return bool(arm <= REACH * max(abs(value[0]), SIGNIFICANT * error[0]))
