@@ -23,7 +23,7 @@ REPO = Path(__file__).resolve().parents[2]
 DATA = REPO / 'test' / 'data'
 PROMISED = {'ur5', 'ur5_kebria2016', 'ur5_description', 'ur5_controller', 'ur5_real', 'ur3',
             'ur10', 'ur3e', 'ur5e', 'ur7e', 'ur8long', 'ur10e', 'ur12e', 'ur15', 'ur16e', 'ur18',
-            'ur20', 'ur30', 'ur5e_real', 'ur10e_real'}
+            'ur20', 'ur30', 'ur5e_real', 'ur10e_real', 'ur10e_controller', 'ur10_measured'}
 
 
 def test_every_promised_arm_is_there():
@@ -185,3 +185,20 @@ def test_assumed_rotors_grow_with_the_torque_of_the_joint():
                                               load_arm(name).armature, strict=True))
     for (effort, inertia), (other, more) in itertools.pairwise(pairs):
         assert more >= inertia * (0.98 if other == effort else 1.0)
+
+
+@pytest.mark.parametrize('name, gravity', [('ur10e_controller', -9.82), ('ur10e_real', -9.81)])
+def test_the_arms_of_a_real_ur10e_are_the_published_one_with_rotors(name, gravity):
+    arm, published = load_arm(name), load_arm('ur10e')
+    for field in ('a', 'd', 'mass', 'com', 'inertia'):
+        assert np.array_equal(getattr(arm, field), getattr(published, field))
+    assert arm.gravity[2] == gravity and np.all(arm.armature > 0.5)
+    # gears of one size have rotors of one inertia: joints 1 and 2, and the three wrists
+    assert arm.armature[0] == arm.armature[1] and len(set(arm.armature[3:].tolist())) == 1
+
+
+def test_the_measured_friction_of_a_ur10_is_that_of_others_on_the_same_recording():
+    arm = load_arm('ur10_measured')
+    # outside witness: a least squares of others [N m]
+    np.testing.assert_allclose(arm.friction.coulomb, [13.6, 14.6, 8.7, 3.0, 2.4, 2.6], rtol=0.10)
+    assert arm.has_tensors

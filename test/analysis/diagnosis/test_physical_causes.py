@@ -16,9 +16,9 @@ from ur5_ros.model.parameters import with_payload
 ARM = load_arm('ur5e')
 
 
-def recorded(q, qd, effort, rate=100.0):
-    """Return a run of somebody's robot: states and torques, nothing more."""
-    stamp = (np.arange(len(q)) * 1e9 / rate).astype(np.int64) + 1_000_000
+def recorded(q, qd, effort, rate=100.0, gaps=0):
+    """Return a run of a robot: states and torques, nothing more; seconds of gap in each row."""
+    stamp = ((np.arange(len(q)) / rate + gaps) * 1e9).astype(np.int64) + 1_000_000
     return Run('recorded', stamp, States(q, qd, effort), rate)
 
 
@@ -34,10 +34,11 @@ def swinging(arm, seconds=20.0, rate=100.0, gravity=None):
 
 
 def standing(arm, poses, noise=0.0, seconds=2.0, rate=100.0):
-    """Return a run of an arm that stands still in one pose after the other."""
+    """Return a run of an arm that stands still in one pose after the other, a gap between."""
     q = np.repeat(np.array(poses, dtype=float), int(seconds * rate), axis=0)
     shaken = np.random.default_rng(1).normal(0.0, 1.0, (2, *q.shape)) * noise
-    return recorded(q + 0.01 * shaken[0], shaken[1], gravity_torque(q, arm), rate)
+    gaps = np.repeat(np.arange(len(poses)), int(seconds * rate))
+    return recorded(q + 0.01 * shaken[0], shaken[1], gravity_torque(q, arm), rate, gaps)
 
 
 def test_a_mismatch_of_whole_parameter_sets_names_every_parameter(looped):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.identification.arm_file import arm_yaml, write_arm
+from ur5_ros.analysis.identification.arm_file import identified_yaml, write_arm
 from ur5_ros.analysis.identification.identify import base_of, identify
 from ur5_ros.analysis.identification.inertia import nearest_bodies
 from ur5_ros.config import load_arm, parse_arm
@@ -30,7 +30,7 @@ def test_a_clean_exciting_run_predicts_another_runs_torque(looped, other):
     np.testing.assert_allclose(found.coulomb, FRICTION['friction.coulomb'], atol=1e-6)
     assert found.moved < 1.0
     # the file is an arm that every command takes, and moves as the true one
-    arm, true = parse_arm(arm_yaml(found), 'identified'), load_arm('ur5_real')
+    arm, true = parse_arm(identified_yaml(found), 'identified'), load_arm('ur5_real')
     states = np.random.default_rng(2).uniform(-1.5, 1.5, (3, 50, 6))
     np.testing.assert_allclose(inverse_dynamics(*states, arm), inverse_dynamics(*states, true),
                                atol=1e-8)

@@ -45,6 +45,9 @@ ROUNDING = 1e-12
 #: Block means below this are rounding [N m].
 LEAST_TORQUE = 1e-9
 
+#: Unexplained torque under this share of the largest joint's does not weigh more for being small.
+SMALL_EXACT, SMALL_MEASURED = 1e-6, 0.02
+
 #: Smallest standard error, as a share of the value: the model is not known better.
 PRECISION = 1e-9
 
@@ -134,7 +137,9 @@ def _causes_of(samples: SampleBlocks, arm: ArmParameters) -> Causes:
         known = np.ones_like(known)
         units = {name: units[name] for name in ('payload', 'gravity')}
     scale = np.sqrt(np.mean(torque**2, axis=0))
-    scale = np.maximum(scale, 1e-6 * scale.max())
+    # a joint whose torque is small may be all noise, which other joints' columns would then fit
+    least = SMALL_EXACT if samples.exact else SMALL_MEASURED
+    scale = np.maximum(scale, least * scale.max())
     weight = known / scale / np.sqrt(np.maximum(known.sum(axis=0), 1))
     return Causes(torque, weight, units, arm)
 

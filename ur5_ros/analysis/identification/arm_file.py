@@ -7,6 +7,7 @@ import numpy as np
 
 from ur5_ros.analysis.identification.identify import Identified
 from ur5_ros.errors import InputError
+from ur5_ros.model.parameters import ArmParameters
 
 _LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 
@@ -24,36 +25,43 @@ def write_arm(found: Identified, path: Path | str) -> None:
     path = Path(path)
     try:
         with open(path, 'x', encoding='utf-8') as file:
-            file.write(arm_yaml(found))
+            file.write(identified_yaml(found))
     except FileExistsError:
         raise InputError(f'{path} exists already; give another file') from None
     except OSError as error:
         raise InputError(f'{path}: cannot be written: {error.strerror}') from None
 
 
-def arm_yaml(found: Identified) -> str:
-    """Return an identified arm as the YAML text of an arm file; friction stands in comments."""
-    arm = found.arm
+def identified_yaml(found: Identified) -> str:
+    """Return an identified arm, its friction included, as the YAML text of an arm file."""
     source = (f'identified by least squares and the nearest physical arm; torque error on '
               f'{found.test_run}: '
               + ', '.join(f'{value:.2g}' if np.isfinite(value) else '-'
                           for value in found.test_rms) + ' N m RMS a joint')
+    return arm_yaml(found.arm, source, 'Identified from recorded torques.')
+
+
+def arm_yaml(arm: ArmParameters, source: str, description: str = 'An arm.') -> str:
+    """
+    Return an arm as the YAML text of an arm file.
+
+    Parameters
+    ----------
+    arm : ArmParameters
+        The arm; its payload is left out.
+    source : str
+        Where masses, tensors, rotor inertia and friction come from.
+    description : str
+        One sentence.
+
+    """
     quoted = json.dumps(source)
-    lines = [
-        f'name: {json.dumps(arm.name)}',
-        'description: "Identified from recorded torques."',
-        '# friction is no part of an arm: give it to the simulator',
-        f'# friction.viscous: {_numbers(found.viscous)}  # +- {_numbers(found.viscous_error)}',
-        f'# friction.coulomb: {_numbers(found.coulomb)}  # +- {_numbers(found.coulomb_error)}',
-    ]
-    if found.motors:
-        lines += [f'# from motor currents, friction.viscous: {_numbers(found.motors.viscous)}',
-                  f'# from motor currents, friction.coulomb: {_numbers(found.motors.coulomb)}']
-    lines += ['dh:', '  source: "as the arm that the identification began with"',
-              f'  a: {_numbers(arm.a)}', f'  d: {_numbers(arm.d)}',
-              f'  alpha: {_numbers(arm.alpha)}',
-              'angle_offset:', '  source: "likewise"', f'  value: {_numbers(arm.angle_offset)}',
-              'links:']
+    lines = [f'name: {json.dumps(arm.name)}', f'description: {json.dumps(description)}',
+             'dh:', '  source: "as the arm that the identification began with"',
+             f'  a: {_numbers(arm.a)}', f'  d: {_numbers(arm.d)}',
+             f'  alpha: {_numbers(arm.alpha)}',
+             'angle_offset:', '  source: "likewise"', f'  value: {_numbers(arm.angle_offset)}',
+             'links:']
     for name, mass, com, tensor in zip(_LINKS, arm.mass, arm.com, arm.inertia, strict=True):
         six = tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
         lines += [f'  - name: {name}', f'    mass: {float(mass)!r}', f'    com: {_numbers(com)}',
@@ -67,9 +75,12 @@ def arm_yaml(found: Identified) -> str:
               '  position:', *(f'    - {each}' for each in position),
               f'  velocity: {_numbers(arm.limits.velocity)}',
               f'  effort: {_numbers(arm.limits.effort)}']
+    for name in ('viscous', 'coulomb') if not arm.friction.none else ():
+        lines += ['friction:'] if name == 'viscous' else []
+        lines += [f'  {name}:', f'    source: {quoted}',
+                  f'    value: {_numbers(getattr(arm.friction, name))}']
     return '\n'.join(lines) + '\n'
 
 
 def _numbers(values) -> str:
-    return '[' + ', '.join(repr(float(value)) if np.isfinite(value) else 'null'
-                           for value in values) + ']'
+    return '[' + ', '.join(repr(float(value)) for value in values) + ']'

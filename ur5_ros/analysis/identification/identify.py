@@ -1,6 +1,7 @@
 """Identification: inertial parameters and friction from recorded torques, with errors."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ from ur5_ros.analysis.identification.rows import Rows, of_three, rows_of
 from ur5_ros.analysis.identification.simulation_gate import simulate
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import gravity_torque
+from ur5_ros.model.friction import JointFriction
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 
@@ -104,8 +106,8 @@ def identify(
         tested, tried_name = _solve(kept, base, arm), f'the last fifth of {runs[0].name}'
     else:
         tested, tried, tried_name = found, rows_of([test], arm), test.name
-    identified = with_parameters(arm, found.x, name)
-    worst = simulate(identified)
+    bodies = with_parameters(arm, found.x, name)
+    worst = simulate(bodies)
     if not np.isfinite(worst):
         raise InputError('the identified arm does not move as an arm in simulation; give another '
                          '--arm to begin with')
@@ -118,7 +120,7 @@ def identify(
     named = np.array(base.names)
     viscous, viscous_error, coulomb, coulomb_error = _by_joint(found.linear)
     return Identified(
-        arm=identified,
+        arm=replace(bodies, friction=_arm_friction(found, motors)),
         base=dict(zip(named[keep].tolist(), zip(estimate.value[:count][keep].tolist(),
                                                 error.tolist(), strict=True), strict=True)),
         not_excited=tuple(named[~keep].tolist()),
@@ -268,6 +270,18 @@ def _by_joint(linear: _Fit) -> list[np.ndarray]:
     start = len(linear.estimate.value) - 12
     value, error = linear.estimate.value[start:], linear.estimate.error[start:]
     return [value[:6], error[:6], value[6:], error[6:]]
+
+
+def _arm_friction(found: _Solution, motors: Motors | None) -> JointFriction:
+    """Return viscous and Coulomb friction: of the torque, of the motors where it has none."""
+    viscous, _, coulomb, _ = _by_joint(found.linear)
+    has = np.array([bool(family.features) for family in found.families])
+    if motors is not None:
+        viscous, coulomb = (np.where(has, own, of_motors) for own, of_motors in (
+            (viscous, motors.viscous), (coulomb, motors.coulomb)))
+    else:
+        viscous, coulomb = np.where(has, viscous, 0.0), np.where(has, coulomb, 0.0)
+    return JointFriction(*(np.maximum(np.nan_to_num(each), 0.0) for each in (viscous, coulomb)))
 
 
 def _terms(fit: _Fit) -> tuple[dict[str, tuple[float, float]], ...]:
