@@ -87,7 +87,7 @@ def test_comparing_tells_where_two_runs_part_and_how_the_difference_grows():
     assert parted.parameters == {'simulator payload.mass': [0.0, 1e-6]}
     position = parted.differences[0]
     assert position.quantity == 'position' and position.first_s == pytest.approx(0.001)
-    assert position.growth['within 100 periods'] > position.growth['within 1 periods']
+    assert position.growth['within 100 periods'] > position.growth['within 1 period']
     shorter = compare(run, as_run(run_closed_loop(run_config(duration=0.2))))
     assert (shorter.only_a, shorter.only_b, shorter.same) == (100, 0, False)
 

@@ -147,8 +147,8 @@ SIM_PARAMETERS = (
 )
 
 CONTROL_PARAMETERS = (
-    Parameter('arm', 'ur5', "The law's arm: a name of config/arms or a YAML file; another one "
-              "than the simulator's is the robustness experiment."),
+    Parameter('arm', 'ur5', 'Arm of the controller: a name of config/arms or a YAML file; '
+              "another one than the simulator's is the robustness experiment."),
     *_SHARED,
     Parameter('control_rate', 0, 'States a second [Hz], for a robot that does not report it; 0 = '
               'as the simulator reports, or as many stamps agree.', 0, 10000),

@@ -54,7 +54,7 @@ def test_a_wrong_mass_fails_and_names_the_outermost_joint(simulated, link, joint
     result = validate(simulated(seconds=0.5, plant=replace(arm, mass=mass)))
     check = result.check('residual, controller arm')
     assert result.verdict == 'fail' and check.verdict == 'fail'
-    assert f'outermost {joint}, so look at the {name}' in check.sentence
+    assert f'outermost is {joint}, so check the {name}' in check.sentence
     assert check.details['joint'] in JOINT_NAMES
 
 

@@ -42,7 +42,7 @@ def model_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     series['residual_sim'] = found.torque
     checks.append(_residual_check(
         _NAMES[1], found.torque, run, marks,
-        f'the equations ({run.sim.arm_name}, with all that the simulator was told to add)'))
+        f'the equations ({run.sim.arm_name}, with all that was added to the plant)'))
     checks.append(_command_check(run, marks))
     return checks, series
 
@@ -58,10 +58,10 @@ def localize_fault(over: np.ndarray) -> str:
     names = [name for name, bad in zip(JOINT_NAMES, over, strict=True) if bad]
     outermost = int(np.flatnonzero(over)[-1])
     if outermost == 5:
-        return f'{len(names)} joints are beyond the mark, out to {names[-1]}'
+        return f'{len(names)} joints are beyond the limit, the outermost is {names[-1]}'
     beyond = ', as the joints beyond it agree'
-    return (f'joints beyond the mark: {", ".join(names)}; outermost {names[-1]}, so look at the '
-            f'{LINKS[outermost]}{beyond}')
+    return (f'joints beyond the limit: {", ".join(names)}; the outermost is {names[-1]}, so '
+            f'check the {LINKS[outermost]}{beyond}')
 
 
 def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, part: str) -> Check:
@@ -96,7 +96,8 @@ def _command_check(run: Run, marks: Marks) -> Check:
     if run.noisy and run.sim and run.sim.parameters['effort_convention'] == 'gravity_excluded':
         limit += STEEPEST * 6.0 * run.sim.parameters['noise.position']  # g(q) of a measured q
     wrong = int((np.abs(defect[known]).max(axis=1) > limit).sum())
-    sentence = f'the torque that acted is the command within {worst:.2g} N m'
+    sentence = (f'the torque that acted is the command within {worst:.2g} N m' if worst > 0.0 else
+                'the torque that acted is the command, to the last bit')
     if not worst <= limit:
         sentence = (f'in {wrong} of {known.sum()} periods another torque acted than was '
                     f'commanded; worst {worst:.3g} N m at {JOINT_NAMES[joint]}, '
