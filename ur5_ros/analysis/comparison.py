@@ -118,7 +118,8 @@ def _difference(name: str, stamp: np.ndarray, a: np.ndarray, b: np.ndarray) -> D
     first = int(np.argmax(rows))
     growth, periods = {}, 1
     while first + periods < len(stamp):
-        growth[f'within {periods} period{"s" if periods > 1 else ""}'] = float(per_row[first:first + periods].max())
+        span = f'within {periods} period{"s" if periods > 1 else ""}'
+        growth[span] = float(per_row[first:first + periods].max())
         periods *= 10
     growth['at the end'] = float(per_row[-1])
     return Difference(
