@@ -78,9 +78,10 @@ def test_the_page_shows_arm_paths_numbers_and_curves_and_says_nothing(browser, v
                                                                       tmp_path):
     t = view.page_times[len(view.page_times) // 2]
     picture = shown(browser, view, size, t, tmp_path, dark)
-    lids, wanted = ((105, 150, 185), (230, 120, 35)) if dark else ((112, 158, 194), (230, 97, 1))
+    lids = (105, 150, 185) if dark else (112, 158, 194)
+    reference = (230, 120, 35) if dark else (230, 97, 1)
     assert near(picture, lids) > 300, 'the lids of the joints'
-    assert near(picture, wanted) > 30, 'the wanted path'
+    assert near(picture, reference) > 30, 'the path of the reference'
     for title in ('Torque [N m]', 'Joint error [mrad]', 'Tool error [mm]'):
         assert browser.evaluate(f"document.body.textContent.includes('{title}')"), title
     wide = browser.evaluate('document.documentElement.scrollWidth')

@@ -6,7 +6,7 @@ import pytest
 from ur5_ros.config import list_arms, load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics, link_transforms
-from ur5_ros.viewer.track import joint_angles, tool_positions, tree_of
+from ur5_ros.viewer.track import Track, joint_angles, number_frame, tool_positions, tree_of
 from ur5_ros.viewer.urdf_tree import link_poses, parse_urdf, turn
 
 CASES = np.random.default_rng(5).uniform(-np.pi, np.pi, (20, 6))
@@ -25,6 +25,17 @@ def test_the_drawn_tool_stands_where_the_model_puts_it(name):
 def test_base_link_is_base_turned_by_half_a_turn():
     poses = link_poses(tree_of(load_arm('ur5')), {})
     np.testing.assert_allclose(poses['base'], turn(np.array([0, 0, 1]), np.pi), atol=1e-15)
+
+
+@pytest.mark.parametrize('name', list_arms())
+def test_numbers_are_given_in_the_frame_of_the_model(name):
+    arm = load_arm(name)
+    tree = tree_of(arm)
+    tool = tool_positions(tree, CASES)
+    track = Track(np.zeros(20), CASES, CASES, CASES, tool, tool, *number_frame(tree))
+    assert track.frame == 'base'
+    model = forward_kinematics(CASES + arm.angle_offset, arm)[:, :3, 3]
+    np.testing.assert_allclose([track.tool_in_base(row) for row in range(20)], model, atol=1e-12)
 
 
 def test_a_shape_keeps_its_place_on_its_link():

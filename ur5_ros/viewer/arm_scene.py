@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import viser
 
+from ur5_ros.analysis.report import palette
 from ur5_ros.model.rotations import quaternion_of
 from ur5_ros.viewer.track import joint_angles
 from ur5_ros.viewer.urdf_tree import UrdfTree, Visual, turn
 
-MEASURED = (31, 119, 180)
-REFERENCE = (230, 97, 1)
+MEASURED, REFERENCE = palette.rgb(palette.MEASURED), palette.rgb(palette.REFERENCE)
 
 
 class ArmScene:

@@ -6,11 +6,9 @@ import numpy as np
 import viser
 from viser import uplot
 
+from ur5_ros.analysis.report.palette import JOINT_COLOURS, SHORT_NAMES
 from ur5_ros.viewer.track import Track
 
-SHORT_NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
-#: Distinct on a light and on a dark background; the palette of the report.
-COLOURS = ('#4c78a8', '#e45756', '#54a24b', '#f58518', '#b279a2', '#72b7b2')
 MARK = '#888888'
 
 
@@ -41,7 +39,7 @@ class Curve:
 
     def __init__(self, server: viser.ViserServer, title: str, names: tuple[str, ...],
                  t: np.ndarray, values: np.ndarray):
-        lines = [uplot.Series(label=name, stroke=COLOURS[i], width=1.5)
+        lines = [uplot.Series(label=name, stroke=JOINT_COLOURS[i], width=1.5)
                  for i, name in enumerate(names)]
         mark = uplot.Series(label='now', stroke=MARK, width=1.0,
                             points=uplot.Series_Points(show=True, size=7.0, fill=MARK))
@@ -93,7 +91,7 @@ class Curves:
     """The three charts of a track."""
 
     def __init__(self, server: viser.ViserServer, track: Track):
-        server.gui.add_markdown(colour_key(dict(zip(SHORT_NAMES, COLOURS, strict=True))))
+        server.gui.add_markdown(colour_key(dict(zip(SHORT_NAMES, JOINT_COLOURS, strict=True))))
         self._charts = [Curve(server, title, names, track.t, values)
                         for (title, names), values in zip(_CHARTS, _values(track), strict=True)]
 

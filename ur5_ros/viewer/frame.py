@@ -3,15 +3,15 @@
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from ur5_ros.analysis.report import palette
+from ur5_ros.analysis.report.palette import rgb
 from ur5_ros.sim.camera import Camera
 from ur5_ros.viewer.track import Track
 
-MEASURED, REFERENCE = (31, 119, 180), (230, 97, 1)
-COLOURS = ((76, 120, 168), (228, 87, 86), (84, 162, 75), (245, 133, 24), (178, 121, 162),
-           (114, 183, 178))
+MEASURED, REFERENCE = rgb(palette.MEASURED), rgb(palette.REFERENCE)
+COLOURS = tuple(map(rgb, palette.JOINT_COLOURS))
 INK, FAINT, PAPER = (40, 40, 40), (205, 205, 205), (255, 255, 255)
 FLOOR = (214, 217, 221)
-NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
 
 
 class Frames:
@@ -65,7 +65,7 @@ class Frames:
         line = 1.5 * self._size
         draw.text((edge, edge + line), 'reference', REFERENCE, self._font)
         draw.text((edge + 5 * self._size, edge + line), 'measured', MEASURED, self._font)
-        for i, (name, colour) in enumerate(zip(NAMES, COLOURS, strict=True)):
+        for i, (name, colour) in enumerate(zip(palette.SHORT_NAMES, COLOURS, strict=True)):
             draw.text((width - edge, edge + i * line), name, colour, self._font,
                       anchor='ra')
         whole.paste(self._charts, (0, height))

@@ -11,7 +11,7 @@ from ur5_ros.nodes.listener import Listener, Sample
 from ur5_ros.nodes.ros.diagnostics import network
 from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
 from ur5_ros.viewer.page import Page, numbers
-from ur5_ros.viewer.track import Track, tool_positions, tree_of
+from ur5_ros.viewer.track import Track, number_frame, tool_positions, tree_of
 from ur5_ros.viewer.urdf_tree import UrdfTree, parse_urdf
 
 FRAME = 1 / 25
@@ -34,7 +34,8 @@ class LiveView:
         self._listener = Listener()
         self.tree = self._described()
         self._samples: deque[Sample] = deque(maxlen=KEPT)
-        self.page = Page(self.tree, _empty(), 'ur5, live', port)
+        self.page = Page(self.tree, _empty(), f'{self.tree.name or "robot"}, live', port)
+        self.page.numbers.content = f'waiting for /joint_states ({network()})'
         self._drawn = 0.0
 
     @property
@@ -97,8 +98,10 @@ class LiveView:
         reference = np.array([sample.reference for sample in self._samples])
         return Track(np.array([sample.t for sample in self._samples]), q,
                      np.array([sample.effort for sample in self._samples]), q - reference,
-                     tool_positions(self.tree, q), tool_positions(self.tree, reference))
+                     tool_positions(self.tree, q), tool_positions(self.tree, reference),
+                     *number_frame(self.tree))
 
 
 def _empty() -> Track:
-    return Track(np.zeros(1), *(np.full((1, n), np.nan) for n in (6, 6, 6, 3, 3)))
+    joints, point = np.full((1, 6), np.nan), np.full((1, 3), np.nan)
+    return Track(np.zeros(1), joints, joints, joints, point, point)

@@ -89,8 +89,8 @@ def numbers(track: Track, row: int) -> str:
         Time [s], tool position [m], tool error [mm] and largest torque [N m], as Markdown.
 
     """
-    x, y, z = track.tool[row]
-    text = f'**t = {track.t[row]:.3f} s**, tool at ({x:.4f}, {y:.4f}, {z:.4f}) m'
+    x, y, z = track.tool_in_base(row)
+    text = f'**t = {track.t[row]:.3f} s**, tool at ({x:.4f}, {y:.4f}, {z:.4f}) m in {track.frame}'
     if np.isfinite(track.tool_error[row]):
         text += f', {1e3 * track.tool_error[row]:.3f} mm from the reference'
     if np.isfinite(track.effort[row]).any():

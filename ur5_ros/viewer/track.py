@@ -29,11 +29,19 @@ class Track(NamedTuple):
     """Measured tool position in the root frame [m], shape (n, 3)."""
     tool_reference: np.ndarray
     """Tool position of the reference in the root frame [m], shape (n, 3)."""
+    base: np.ndarray = np.eye(4)
+    """Pose of the frame in which positions are given as numbers, in the root frame, (4, 4)."""
+    frame: str = 'base'
+    """Name of that frame."""
 
     @property
     def tool_error(self) -> np.ndarray:
         """Distance of the tool from where it should be [m], shape (n,)."""
         return np.linalg.norm(self.tool - self.tool_reference, axis=-1)
+
+    def tool_in_base(self, row: int) -> np.ndarray:
+        """Return the measured tool position of a row in :attr:`frame` [m], shape (3,)."""
+        return (self.tool[row] - self.base[:3, 3]) @ self.base[:3, :3]
 
     def row(self, t: float) -> int:
         """Return the last row that is not later than ``t`` [s]."""
@@ -81,6 +89,13 @@ def tool_positions(tree: UrdfTree, q: np.ndarray) -> np.ndarray:
     last = 'tool0' if 'tool0' in poses else tree.joints[-1].child
     name = next((link for link in poses if link.endswith('tool0')), last)
     return poses[name][..., :3, 3]
+
+
+def number_frame(tree: UrdfTree) -> tuple[np.ndarray, str]:
+    """Return pose and name of the frame ``base``, or of the root where there is none."""
+    poses = link_poses(tree, {})
+    name = next((link for link in poses if link.endswith('base')), tree.root)
+    return poses[name], name
 
 
 def joint_angles(tree: UrdfTree, q: np.ndarray) -> dict[str, np.ndarray]:
@@ -138,4 +153,4 @@ def track(run: Run, tree: UrdfTree, rows: int = 1500) -> Track:
     q = run.states.q[pick]
     reference = np.full_like(q, np.nan) if run.reference is None else run.reference.q[pick]
     return Track(run.t[pick], q, run.states.effort[pick], q - reference,
-                 tool_positions(tree, q), tool_positions(tree, reference))
+                 tool_positions(tree, q), tool_positions(tree, reference), *number_frame(tree))

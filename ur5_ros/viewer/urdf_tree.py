@@ -45,6 +45,8 @@ class UrdfTree(NamedTuple):
     root: str
     joints: tuple[Joint, ...]
     visuals: dict[str, tuple[Visual, ...]]
+    name: str = ''
+    """Name of the robot."""
 
 
 def parse_urdf(text: str) -> UrdfTree:
@@ -89,7 +91,7 @@ def parse_urdf(text: str) -> UrdfTree:
             raise InputError('robot description has joints that no link carries')
         ordered += ready
         known |= {joint.child for joint in ready}
-    return UrdfTree(roots[0], tuple(ordered), visuals)
+    return UrdfTree(roots[0], tuple(ordered), visuals, robot.get('name', ''))
 
 
 def link_poses(tree: UrdfTree, angles: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
