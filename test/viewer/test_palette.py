@@ -17,7 +17,8 @@ def test_the_layouts_of_other_tools_colour_joints_as_report_and_viewer_do():
     assert len(paths) >= 18
     assert all(path['color'] == colours[path['label']] for path in paths)
     plotjuggler = (config_folder() / 'layouts/plotjuggler.xml').read_text()
-    curves = re.findall(r'name="(?!\S*torque_parts)[^"]*/(\w+_joint)/\w+" color="(#\w+)"', plotjuggler)
+    curves = re.findall(r'name="(?!\S*torque_parts)[^"]*/(\w+_joint)/\w+" color="(#\w+)"',
+                        plotjuggler)
     assert len(curves) >= 18
     assert all(colour == colours[joint] for joint, colour in curves)
 
