@@ -1,4 +1,4 @@
-"""A step of the plant with every part of friction against the plain step, measured side by side."""
+"""A step of the plant with every part of friction against a plain step, side by side."""
 
 import time
 
