@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 VENV := .venv
 BIN := $(VENV)/bin
-PYTHON ?= $(firstword $(wildcard $(shell command -v python3.11 2>/dev/null)) python3)
+PYTHON ?= $(firstword $(foreach v,3.11 3.12 3.13,$(shell command -v python$(v) 2>/dev/null)) python3)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
 # the locks name every package: nothing to resolve, and build tools come from them too
 INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation
@@ -24,7 +24,7 @@ QUICK := test/config test/cdr test/control/test_law.py test/control/test_experim
 
 BENCHMARKS := $(wildcard benchmarks/bench_*.py)
 
-.PHONY: help setup setup-all demo test test-quick coverage lint types bench faults soak sweep-proof test-browser docs lock clean
+.PHONY: help setup setup-all demo test test-quick test-pythons coverage lint types bench faults soak sweep-proof test-browser docs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
@@ -35,7 +35,7 @@ setup-all: $(VENV)/all.stamp  ## the same with the test, bench and docs tools
 
 $(VENV)/created.stamp:
 	@echo "Making $(VENV) with $(PYTHON)"
-	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v < (3, 14) or sys.exit(f"Python {v[0]}.{v[1]} found; the ROS packages want 3.10 to 3.13: make PYTHON=/path/to/python3.11")'
+	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 11) <= v < (3, 14) or sys.exit(f"Python {v[0]}.{v[1]} found; 3.11 to 3.13 serve: make PYTHON=/path/to/python3.11")'
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@touch $(VENV)/COLCON_IGNORE $@
 
@@ -69,6 +69,19 @@ test: lint types  ## linters, types, import contracts, every test
 
 test-quick: lint types  ## what a change usually breaks, in two minutes
 	$(PYTEST) -q -n $(CORES) --dist loadfile $(QUICK) $(ARGS) </dev/null
+
+test-pythons:  ## the demo and the quick tests on every Python from 3.11 to 3.13 that is here
+	@for version in 3.11 3.12 3.13; do python=; \
+	for each in $$(command -v python$$version) $(HOME)/.pyenv/versions/$$version.*/bin/python; do \
+	! $$each -c '' 2>/dev/null || { python=$$each; break; }; done; \
+	[ -n "$$python" ] || { echo "== Python $$version is not here"; continue; }; \
+	echo "== Python $$version: $$python"; \
+	$(MAKE) --no-print-directory VENV=$(VENV)-$$version PYTHON=$$python demo && \
+	$(MAKE) --no-print-directory VENV=$(VENV)-$$version PYTHON=$$python pytest-quick || failed="$${failed:-} $$version"; \
+	done; [ -z "$${failed:-}" ] || { echo "Failed on:$$failed"; exit 1; }
+
+pytest-quick: setup-all
+	$(PYTEST) -q -n $(CORES) --dist loadfile $(QUICK) </dev/null
 
 coverage: setup-all  ## the same tests under watch: which lines no test runs
 	$(PYTEST) -q -m 'not browser' --cov=ur5_ros --cov-report=term:skip-covered $(ARGS) </dev/null

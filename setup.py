@@ -49,7 +49,7 @@ setup(
         'closed_loop = ur5_ros.nodes.closed_loop:main',
         'ur5 = ur5_ros.cli:main',
     ]},
-    python_requires='>=3.10',
+    python_requires='>=3.11',
     install_requires=[
         'lz4>=4.3',
         'mcap>=1.6',
@@ -57,7 +57,9 @@ setup(
         'numba>=0.60',
         'numpy>=1.26',
         'plotly>=6',
-        'pybullet>=3.2.6',
+        # the second is a fork of the first with wheels: docs/decisions/pybullet_wheel.md
+        "pybullet>=3.2.6; python_version < '3.12'",
+        "pybullet-arm64>=3.2.8; python_version >= '3.12'",
         'pyyaml>=6',
         'rich>=13',
         'ruckig>=0.14',

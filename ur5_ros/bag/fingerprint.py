@@ -1,8 +1,9 @@
 """Fingerprint of a machine: what repeatability to the last bit depends on."""
 
 import platform
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from ur5_ros.config.distributions import providers
 
 #: Packages that compute, or that decide how others do.
 COMPUTING_PACKAGES = ('numpy', 'numba', 'llvmlite', 'pybullet', 'ruckig')
@@ -17,7 +18,7 @@ def fingerprint() -> dict[str, str]:
     Return what two machines must share for a run to be equal to the last bit.
 
     Python, C library, machine, processor features, and the version of each package that computes
-    (``absent`` where it is not installed).
+    (``absent`` where it is not installed; with the name of the distribution where that is a fork).
 
     """
     found = {
@@ -27,10 +28,7 @@ def fingerprint() -> dict[str, str]:
         'processor': processor_features(),
     }
     for package in COMPUTING_PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = 'absent'
+        found[package] = ' and '.join(providers(package)).removeprefix(f'{package} ') or 'absent'
     return found
 
 
