@@ -30,6 +30,9 @@ NOISE = {'noise.velocity': 1e-3, 'noise.position': 1e-5}
 #: Control rate [Hz], and length of the pieces that mujoco rolls out [s].
 RATE, PIECE = 500, 0.25
 
+#: Most iterations of mujoco's optimiser.
+ITERATIONS = 15
+
 #: Recordings of the UR10e that are fitted, and the one that is predicted.
 FITTED = ('ur-20_02_10-30sec_12harm.csv', 'ur-20_02_12-40sec_12harm.csv',
           'ur-20_02_12-50sec_12harm.csv')
@@ -148,7 +151,7 @@ class MujocoIdentification:
         residual = self.sysid.build_residual_fn(models_sequences=[self.sequences])
         found, _ = self.sysid.optimize(
             initial_params=self.parameters(), residual_fn=residual, optimizer='mujoco',
-            verbose=False)
+            verbose=False, max_iters=ITERATIONS)
         spec = self.sysid.apply_param_modifiers_spec(found, self.spec.copy())
         model = spec.compile()
         damping, loss = model.dof_damping.copy(), model.dof_frictionloss.copy()

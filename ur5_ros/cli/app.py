@@ -201,6 +201,7 @@ def identify(
     )] = None,
     arm: ArmName = None,
     json: Json = None,
+    html: Html = None,
     topic: Topics = None,
     joint_prefix: JointPrefix = None,
     effort: Effort = None,
@@ -209,7 +210,7 @@ def identify(
     from ur5_ros.cli import identification
     from ur5_ros.cli.reading import reading_options
     given = reading_options(topic, joint_prefix, effort, arm)
-    return identification.identify(runs or [], out, test, payload, arm, json, given)
+    return identification.identify(runs or [], out, test, payload, arm, json, html, given)
 
 
 @app.command()

@@ -27,7 +27,8 @@ from ur5_ros.signals import JOINT_NAMES
 
 
 def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Path | None,
-             arm: str | None, json: Path | None, given: Mapping[str, Any]) -> int:
+             arm: str | None, json: Path | None, html: Path | None,
+             given: Mapping[str, Any]) -> int:
     """Fit the parameters of an arm; see ``ur5 identify --help``."""
     if out is not None and out.exists():
         raise InputError(f'{out} exists; give another file, or remove it')
@@ -46,6 +47,10 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
     if json is not None:
         write_json(found.to_plain(), json)
         print(f'written: {json}')
+    if html is not None:
+        from ur5_ros.analysis.report.identification import write_identification_html
+        write_identification_html(found, html)
+        print(f'written: {html}')
     return YES
 
 

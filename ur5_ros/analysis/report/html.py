@@ -48,10 +48,10 @@ def html_text(result: Result) -> str:
     plots = figures(result)
     glance = [plot for plot in plots if plot.first]
     rest = [plot for plot in plots if not plot.first]
-    body = ''.join([_verdict(result), _causes(result), _plots('The run', glance),
-                    _checks(result), _plots('Figures', rest), _details(result)])
+    body = ''.join([_verdict(result), _causes(result), figure_section('The run', glance),
+                    _checks(result), figure_section('Figures', rest), _details(result)])
     return html_document(f'{result.headline}: {result.run}', body,
-                         [_figure(figure) for figure in plots], _marks(result))
+                         [figure_data(figure) for figure in plots], _marks(result))
 
 
 def _marks(result: Result) -> list[dict[str, Any]]:
@@ -60,7 +60,8 @@ def _marks(result: Result) -> list[dict[str, Any]]:
             for each in result.series.get('injected', ()) if each.t > 0.0][:MARKS]
 
 
-def _figure(figure: Figure) -> dict[str, Any]:
+def figure_data(figure: Figure) -> dict[str, Any]:
+    """Return a figure as the page's script takes it."""
     return {'key': figure.key, 'x': figure.x, 'y': figure.y, 'log': figure.log,
             'equal': figure.equal, 'traces': figure.traces}
 
@@ -154,7 +155,8 @@ def _number(value: float | None, unit: str) -> str:
     return _text(f'{value:.3g} {"" if unit == "1" else unit}'.strip())
 
 
-def _plots(title: str, plots: list[Figure]) -> str:
+def figure_section(title: str, plots: list[Figure]) -> str:
+    """Return the markup into which figures are drawn."""
     if not plots:
         return ''
     boxes = ''.join(
