@@ -303,6 +303,18 @@ def render(
 
 
 @app.command()
+def export(
+    run: Run,
+    out: Annotated[Path, typer.Option(
+        '-o', '--out', metavar='FILE', help='.csv, .parquet, or .rrd for Rerun.',
+        show_default=False)],
+) -> int:
+    """Write a run as a table or a scene for other tools."""
+    from ur5_ros.cli import export as work
+    return work.export(run, out)
+
+
+@app.command()
 def arm() -> int:
     """List the arms, a line each."""
     from ur5_ros.cli import lists

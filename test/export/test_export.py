@@ -1,0 +1,56 @@
+"""A run as a table or a scene: every state and every number of it, readable by other tools."""
+
+import csv
+
+import numpy as np
+import polars
+import pytest
+
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.errors import InputError
+from ur5_ros.export.export import check_name, export
+from ur5_ros.signals import JOINT_NAMES
+
+
+@pytest.fixture(scope='module')
+def golden(repo):
+    return load_run(repo / 'bags/golden')
+
+
+def test_a_csv_gives_every_number_back_to_the_last_bit(golden, tmp_path):
+    export(golden, tmp_path / 'run.csv')
+    with (tmp_path / 'run.csv').open(newline='') as file:
+        header, *rows = csv.reader(file)
+    assert len(rows) == len(golden.stamp)
+    table = dict(zip(header, np.array(rows).T, strict=True))
+    for i, joint in enumerate(JOINT_NAMES):
+        for name, unit, values in (('position', 'rad', golden.states.q),
+                                   ('velocity', 'rad/s', golden.states.qd),
+                                   ('effort', 'N m', golden.states.effort),
+                                   ('reference_position', 'rad', golden.reference.q)):
+            column = table[f'{name}/{joint} [{unit}]']
+            np.testing.assert_array_equal(column.astype(float), values[:, i])
+    assert table['stamp [ns]'].astype(np.int64).tolist() == golden.stamp.tolist()
+    assert table['tool_error [m]'].astype(float)[-1] < 2e-4
+
+
+def test_parquet_holds_the_same_columns(golden, tmp_path):
+    export(golden, tmp_path / 'run.csv')
+    export(golden, tmp_path / 'run.parquet')
+    table = polars.read_parquet(tmp_path / 'run.parquet')
+    assert table.equals(polars.read_csv(tmp_path / 'run.csv', infer_schema_length=None))
+
+
+def test_a_rerun_recording_holds_the_moving_arm_and_the_curves(golden, tmp_path):
+    export(golden, tmp_path / 'run.rrd')
+    data = (tmp_path / 'run.rrd').read_bytes()
+    assert data[:4] == b'RRF2' and 100_000 < len(data) < 20_000_000
+
+
+@pytest.mark.parametrize(('name', 'words'), [
+    ('run.xlsx', r'\.csv, \.parquet, \.rrd'), ('nowhere/run.csv', 'no such folder'),
+    ('there.csv', 'exists')])
+def test_a_wrong_name_is_refused_with_the_way_out(tmp_path, name, words):
+    (tmp_path / 'there.csv').touch()
+    with pytest.raises(InputError, match=words):
+        check_name(tmp_path / name)

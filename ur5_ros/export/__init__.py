@@ -1,0 +1,1 @@
+"""A recorded run as files of other tools: tables and a scene."""

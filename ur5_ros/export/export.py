@@ -1,0 +1,45 @@
+"""``ur5 export``: the ending of the file decides what is written."""
+
+from pathlib import Path
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.errors import InputError
+from ur5_ros.export.scene import write_scene
+from ur5_ros.export.table import columns_of, write_csv, write_parquet
+
+KINDS = ('.csv', '.parquet', '.rrd')
+
+
+def export(run: Run, out: Path) -> None:
+    """
+    Write a run as a file of another tool.
+
+    Parameters
+    ----------
+    run : Run
+        A recorded run.
+    out : pathlib.Path
+        ``.csv``, ``.parquet``, or ``.rrd`` for Rerun: curves and the arm, moving.
+
+    Raises
+    ------
+    InputError
+        If the ending is another, or a package that the format needs is not installed.
+
+    """
+    if out.suffix == '.csv':
+        write_csv(columns_of(run), out)
+    elif out.suffix == '.parquet':
+        write_parquet(columns_of(run), out)
+    else:
+        write_scene(run, out)
+
+
+def check_name(out: Path) -> None:
+    """Refuse a file that exists, an unknown ending, and a folder that is not there."""
+    if out.suffix not in KINDS:
+        raise InputError(f'{out}: unknown ending; give one of: {", ".join(KINDS)}')
+    if out.exists():
+        raise InputError(f'{out} exists; remove it or name another file')
+    if not out.absolute().parent.is_dir():
+        raise InputError(f'{out.absolute().parent}: no such folder; make it first')
