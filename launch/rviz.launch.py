@@ -2,14 +2,17 @@
 
 from pathlib import Path
 
-from ament_index_python import PackageNotFoundError, get_package_prefix
 from launch import LaunchDescription
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from ur5_ros.config import config_folder, load_arm
-from ur5_ros.errors import InputError
-from ur5_ros.launcher.launch_arguments import Argument, node_name, parameter_files
+from ur5_ros.launcher.launch_arguments import (
+    Argument,
+    node_name,
+    parameter_files,
+    require_packages,
+)
 from ur5_ros.launcher.launch_file import describe
 from ur5_ros.sim.urdf import urdf_text
 
@@ -31,28 +34,19 @@ def nodes(values: dict) -> list:
     """Return robot_state_publisher with the URDF of the arm, and RViz."""
     namespace, prefix = values.get('namespace', ''), values.get('tf_prefix', '')
     use_sim_time = {'use_sim_time': values['use_sim_time']}
-    require_package('robot_state_publisher')
+    require_packages('robot_state_publisher')
     [files] = parameter_files(values, node_name(namespace, 'robot_state_publisher'))
     started = [Node(
         package='robot_state_publisher', executable='robot_state_publisher', namespace=namespace,
         output='screen', parameters=[*files, use_sim_time, {
             'robot_description': urdf_text(load_arm(values['arm']), prefix)}])]
     if values['launch_rviz']:
-        require_package('rviz2')
+        require_packages('rviz2')
         started.append(Node(
             package='rviz2', executable='rviz2', namespace=namespace, output='screen',
             arguments=['-d', values['rviz_config_file'], '-f', f'{prefix}base_link'],
             parameters=[use_sim_time]))
     return started
-
-
-def require_package(name: str) -> None:
-    """Refuse, before anything is started, a package that is not installed."""
-    try:
-        get_package_prefix(name)
-    except (PackageNotFoundError, OSError):
-        raise InputError(f'the package {name} is not installed; install '
-                         f'ros-jazzy-{name.replace("_", "-")}, or do without RViz') from None
 
 
 def generate_launch_description() -> LaunchDescription:

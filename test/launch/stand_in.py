@@ -151,7 +151,9 @@ def started(words: dict, context: dict) -> Started:
     arguments = [plain(each, context) for each in words.get('arguments', [])] + ['--ros-args']
     if name:
         arguments += ['-r', f'__node:={name}']
-    arguments += ['-r', f'__ns:={namespace}']
+    arguments += ['-r', f'__ns:={namespace}', *words.get('ros_arguments', [])]
+    for before, after in words.get('remappings', []):
+        arguments += ['-r', f'{before}:={after}']
     parameters = []
     for each in words['parameters']:
         if isinstance(each, str):

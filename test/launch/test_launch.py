@@ -23,7 +23,7 @@ from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 ROOT = Path(__file__).resolve().parents[2]
-FILES = ('sim', 'closed_loop', 'rviz')
+FILES = ('sim', 'closed_loop', 'rviz', 'ros2_control')
 WANTED = {
     'sim': {'ur_type', 'arm', 'tf_prefix', 'namespace', 'gui', 'lockstep', 'bag', 'stop_after',
             'params_file'},
@@ -31,6 +31,7 @@ WANTED = {
                     'gui', 'lockstep', 'launch_rviz', 'use_sim_time', 'params_file'},
     'rviz': {'ur_type', 'arm', 'tf_prefix', 'launch_rviz', 'use_sim_time', 'rviz_config_file',
              'params_file'},
+    'ros2_control': {'ur_type', 'arm', 'controller', 'controllers_file', 'bag', 'params_file'},
 }
 HAVE_LAUNCH = importlib.util.find_spec('launch_ros') is not None
 
@@ -77,7 +78,8 @@ def rviz_installed(tmp_path, monkeypatch):
     """An installation in which robot_state_publisher and rviz2 can be found."""
     index = tmp_path / 'share/ament_index/resource_index/packages'
     index.mkdir(parents=True)
-    for package in ('robot_state_publisher', 'rviz2'):
+    for package in ('robot_state_publisher', 'rviz2', 'controller_manager',
+                    'joint_state_topic_hardware_interface'):
         (index / package).touch()
     monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
 

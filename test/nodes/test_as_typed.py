@@ -50,3 +50,14 @@ def test_a_value_out_of_its_range_is_refused_and_services_follow_the_name(ros):
     assert not result.successful and 'payload.mass' in result.reason
     assert watcher.call(Trigger, '/left/plant/reset').success
     assert sim.stop() == 0
+
+
+def test_the_topic_of_a_ros2_control_controller_can_be_left_to_it(ros):
+    sim = ros.start('sim', bag='none', forward_commands=False)
+    sim.says('recorded in')
+    watcher = ros.observer()
+    states = watcher.hear(JointState, '/joint_states')
+    wait_until(lambda: states, 'a state')
+    wait_until(lambda: watcher.node.count_subscribers('/joint_command') == 1, 'its subscriptions')
+    assert watcher.node.count_subscribers('/forward_effort_controller/commands') == 0
+    assert sim.stop() == 0

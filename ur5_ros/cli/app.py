@@ -346,7 +346,9 @@ def urdf(
     arm: Annotated[str, typer.Option(
         metavar='NAME', autocompletion=_arms, help='Arm: a name or a file.')] = 'ur5',
     tf_prefix: Annotated[str, typer.Option(metavar='TEXT', help='Put before every name.')] = '',
+    ros2_control: Annotated[bool, typer.Option(
+        '--ros2-control', help='With the tag of ros2_control for the simulator.')] = False,
 ) -> int:
     """Print the URDF of an arm, made from its arm file."""
     from ur5_ros.cli import pictures
-    return pictures.urdf(arm, tf_prefix)
+    return pictures.urdf(arm, tf_prefix, ros2_control)

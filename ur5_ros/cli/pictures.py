@@ -24,9 +24,11 @@ def render(run: Path, out: Path, given: Mapping[str, Any]) -> int:
     return YES
 
 
-def urdf(arm: str, tf_prefix: str) -> int:
+def urdf(arm: str, tf_prefix: str, ros2_control: bool) -> int:
     """Print the URDF of an arm."""
     from ur5_ros.config import load_arm
     from ur5_ros.sim.urdf import urdf_text
-    print(urdf_text(load_arm(arm), tf_prefix).rstrip())
+    from ur5_ros.sim.urdf_ros2_control import with_ros2_control
+    text = urdf_text(load_arm(arm), tf_prefix)
+    print((with_ros2_control(text, tf_prefix) if ros2_control else text).rstrip())
     return YES

@@ -73,6 +73,8 @@ class SimParameters(NodeParameters):
     physics_rate: int
     stop_after: float
     command_timeout: float
+    repeated_command_timeout: float
+    forward_commands: bool
     fallback: str
     leave_torque_mode: bool
     torque_limit: list[float]

@@ -57,6 +57,11 @@ SIM_PARAMETERS = (
     Parameter('stop_after', 0.0, 'Stop after this simulated time [s]; 0 = never.', 0.0, 1e7),
     Parameter('command_timeout', 0.04, 'Age at which a stamped command is too old when paced '
               '[simulated s].', 0.0, 3600.0),
+    Parameter('repeated_command_timeout', 0.0, 'Paced: the same torque for longer than this is no '
+              'command, as of a sender whose controller has gone [simulated s]; 0 = for ever.',
+              0.0, 3600.0),
+    Parameter('forward_commands', True, 'Listen to forward_effort_controller/commands; false '
+              'where a controller of that name publishes there.'),
     Parameter('fallback', 'brake', 'What acts when no valid command does.',
               choices=('brake', 'gravity_compensation', 'zero_torque'), live=True),
     Parameter('leave_torque_mode', False, 'Silence ends torque mode: commands are ignored, and '

@@ -100,6 +100,26 @@ def node_name(namespace: str, name: str) -> str:
     return '/' + '/'.join(part for part in (*namespace.split('/'), name) if part)
 
 
+def require_packages(*names: str) -> None:
+    """
+    Refuse, before anything is started, packages that are not installed.
+
+    Raises
+    ------
+    InputError
+        Naming the first one and its Debian package.
+
+    """
+    # only where ROS or its packages from PyPI are installed
+    from ament_index_python import PackageNotFoundError, get_package_prefix
+    for name in names:
+        try:
+            get_package_prefix(name)
+        except (PackageNotFoundError, OSError):
+            raise InputError(f'the package {name} is not installed; install '
+                             f'ros-jazzy-{name.replace("_", "-")}, or do without it') from None
+
+
 def _value(name: str, argument: Argument, text: str) -> Any:
     """Return the value of one argument; None where it is empty."""
     kind = argument.kind

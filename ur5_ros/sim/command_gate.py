@@ -79,6 +79,8 @@ class CommandGate:
     ----------
     accepted : int
         Commands taken.
+    empty : int
+        Messages whose torques are all NaN: no command yet.
     fired : int
         How often the lockstep timeout fired.
     repeatable : bool
@@ -98,7 +100,9 @@ class CommandGate:
         self._clock = clock
         self.pacer = Pacer(self._rate, 1.0 if self._lockstep else parameters.realtime_factor,
                            clock)
-        self.accepted, self.fired, self.repeatable = 0, 0, True
+        self.accepted, self.empty, self.fired, self.repeatable = 0, 0, 0, True
+        self._longest_repeat = parameters.repeated_command_timeout * 1e9 or math.inf
+        self._changed_stamp = 0
         self._refusals = RefusalCount(clock)
         self._events: list[Event] = []
         self._publishers = PublisherMonitor()
@@ -174,6 +178,9 @@ class CommandGate:
         if command.shape != (6,):
             return self._refuse(topic, 'wrong number of torques')
         if not is_finite(command):
+            if np.isnan(command).all():
+                self.empty += 1  # a hardware component of ros2_control before its first command
+                return 'no torque'
             return self._refuse(topic, 'torque not finite')
         if not self._lockstep:
             return self._offer_paced(topic, stamp, command)
@@ -272,6 +279,11 @@ class CommandGate:
             return self._refuse(topic, 'older than command_timeout')
         if self._answer is not None and stamp < self._answer_stamp:
             return self._refuse(topic, 'older than the command that acts')
+        if self._answer is None or (command != self._answer).any():
+            self._changed_stamp = stamp
+        elif stamp - self._changed_stamp > self._longest_repeat:
+            return self._refuse(topic, 'the same torque for longer than '
+                                'repeated_command_timeout')
         self._take(command)
         self._answer_stamp = stamp
         return None

@@ -35,6 +35,7 @@ def counters(sim: Any) -> dict[str, Any]:
     return {
         'commands_taken': gate.accepted,
         'commands_copied': sim.inputs.copies,
+        'commands_without_torque': gate.empty,
         **{f'refused {topic}: {reason}': count
            for (topic, reason), count in gate.refused.items()},
         **{f'refused {key}': count for key, count in sim.inputs.refusals.counts.items()},

@@ -62,9 +62,10 @@ class SimInputs:
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
         self._heard: dict[int, tuple[str, int, Any]] = {}
-        for role, take in (('joint_command', self._take_command),
-                           ('forward_command', self._take_array),
-                           ('external_wrench', self._take_wrench)):
+        inputs = [('joint_command', self._take_command), ('external_wrench', self._take_wrench)]
+        if parameters.forward_commands:
+            inputs.insert(1, ('forward_command', self._take_array))
+        for role, take in inputs:
             number, record = topics.subscribe(role)
             self._heard[number] = (topics.names[role], record, take)
             if 'command' in role:
