@@ -152,3 +152,15 @@ def test_those_who_start_at_the_same_time_get_different_domains():
     finally:
         for _, claim in held:
             claim.close()
+
+
+def test_contact_is_recorded_alike_to_the_bit_in_one_process_and_in_the_loop(tmp_path):
+    plan = run_config('tap_wall', duration=0.9, physics_rate=4000)
+    (tmp_path / 'nodes').mkdir()
+    run_two_nodes(plan, tmp_path / 'nodes', composed=True)
+    run_closed_loop(plan, tmp_path / 'loop')
+    nodes, loop = (open_bag(tmp_path / name / 'sim') for name in ('nodes', 'loop'))
+    assert nodes.topics == loop.topics
+    for topic in nodes.topics.keys() - OWN:
+        assert nodes.columns(topic).data.tobytes() == loop.columns(topic).data.tobytes(), topic
+    assert len(nodes.columns('/ur5_sim/contact_effort').log_time) == 4 * 899

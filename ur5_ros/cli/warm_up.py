@@ -14,6 +14,7 @@ _MODEL = 'ur5_ros.model.kernels'
 #: Module, kernel and whether its form for many states is needed; what takes longest is first.
 KERNELS = (
     ('ur5_ros.sim.world.contact_kernel', 'contact_step', False),
+    ('ur5_ros.control.laws.impedance_kernel', 'impedance_torque', False),
     ('ur5_ros.control.kernel', 'law', False),
     (f'{_MODEL}.dynamics', 'inverse', True),
     (f'{_MODEL}.inverse_kinematics', 'solve', True),

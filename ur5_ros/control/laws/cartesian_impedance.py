@@ -7,12 +7,12 @@ import numpy as np
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.parameters import HOME
 from ur5_ros.control.gains import Gains, definite_matrix, sampled_radius
+from ur5_ros.control.laws import impedance_kernel as kernel
 from ur5_ros.control.laws.law import Law
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import dynamics_terms
-from ur5_ros.model.kinematics import forward_kinematics, jacobian, jacobian_rate
+from ur5_ros.model.kinematics import forward_kinematics, jacobian
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.model.rotations import rotation_vector
 from ur5_ros.signals import ArmState, Reference, Torque
 
 #: Singular value of J below which its inverse is limited (m and rad taken alike); the limit is
@@ -70,31 +70,28 @@ def cartesian_impedance(state: ArmState, reference: Reference, arm: ArmParameter
         ``feedback`` is what impedance and desired wrench take [N m].
 
     """
-    q, desired = state.q + arm.angle_offset, reference.q + arm.angle_offset
-    J, J_desired = jacobian(q, arm), jacobian(desired, arm)
-    pose, target = forward_kinematics(q, arm), forward_kinematics(desired, arm)
-    e = pose_error(pose, target)
-    rate = J @ state.qd - J_desired @ reference.qd
-    acceleration = (J_desired @ reference.qdd
-                    + jacobian_rate(desired, reference.qd, arm) @ reference.qd
-                    - jacobian_rate(q, state.qd, arm) @ state.qd)
-    turn = np.kron(np.eye(2), pose[:3, :3]) if impedance.frame == 'tool' else np.eye(6)
-    K, D = (turn @ part @ turn.T for part in (impedance.stiffness, impedance.damping))
-    force = impedance.wrench - K @ e - D @ rate
-    M, C, g = dynamics_terms(q, state.qd, arm)
-    inverse = limited_inverse(J)
-    inertial, coriolis = M @ (inverse @ acceleration), C @ state.qd
-    if impedance.inertia is None:
-        feedback = J.T @ force
-    else:
-        feedback = M @ (inverse @ (turn @ np.linalg.solve(impedance.inertia, turn.T @ force)))
-    return Torque(inertial + feedback + coriolis + g, inertial, feedback, coriolis, g)
+    torque, inverse, work = np.empty((5, 6)), np.empty((6, 6)), np.empty((kernel.WORK, 6))
+    shaped = impedance.inertia is not None
+    softness = np.linalg.inv(impedance.inertia) if shaped else np.zeros((6, 6))
+    constants = np.concatenate([arm.constants, arm.angle_offset])
+    return _torque(state, reference, arm, constants, impedance, softness,
+                   (inverse, work, torque))
 
 
-def pose_error(pose: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return p - p* [m] and the rotation vector of R R*^T [rad], both in base, shape (6,)."""
-    turn = pose[:3, :3] @ target[:3, :3].T
-    return np.concatenate([pose[:3, 3] - target[:3, 3], rotation_vector(turn[None])[0]])
+def _torque(state: ArmState, reference: Reference, arm: ArmParameters, constants: np.ndarray,
+            impedance: Impedance, softness: np.ndarray,
+            out: tuple[np.ndarray, np.ndarray, np.ndarray]) -> Torque:
+    """Return the torque by the kernel, with the limited inverse of J near a singularity."""
+    inverse, _, torque = out
+    switches = np.array([impedance.frame == 'tool', impedance.inertia is not None,
+                         1.0 / SMALLEST], dtype=float)
+    arrays = (state.q, state.qd, *reference, constants, impedance.stiffness, impedance.damping,
+              softness, impedance.wrench, switches, *out)
+    if kernel.impedance_torque.run(1, [], arrays, []):
+        inverse[:] = limited_inverse(jacobian(state.q + arm.angle_offset, arm))
+        switches[2] = 0.0
+        kernel.impedance_torque.run(1, [], arrays, [])
+    return Torque(*torque)
 
 
 def limited_inverse(J: np.ndarray) -> np.ndarray:
@@ -116,6 +113,11 @@ class CartesianImpedance(Law):
     def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
         super().__init__(arm, gains, parameters)
         self._impedance = impedance_from(parameters, self.target_wrench)
+        inertia = self._impedance.inertia
+        self._softness = np.zeros((6, 6)) if inertia is None else np.linalg.inv(inertia)
+        self._constants = np.concatenate([arm.constants, arm.angle_offset])
+        self._room = np.empty((6, 6)), np.empty((kernel.WORK, 6))
+        kernel.impedance_torque.prepare()
 
     @classmethod
     def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
@@ -126,7 +128,8 @@ class CartesianImpedance(Law):
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
         """Return the torque."""
         impedance = self._impedance._replace(wrench=self.target_wrench)
-        return cartesian_impedance(state, reference, self.arm, impedance)
+        return _torque(state, reference, self.arm, self._constants, impedance, self._softness,
+                       (*self._room, np.empty((5, 6))))
 
 
 def impedance_from(parameters: ControlParameters, wrench: np.ndarray) -> Impedance:
