@@ -8,8 +8,8 @@ from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.worlds import base_pose, load_world
-from ur5_ros.control.laws.cartesian_impedance import cartesian_impedance, impedance_from
 from ur5_ros.control.experiment import experiment_trajectory
+from ur5_ros.control.laws.cartesian_impedance import cartesian_impedance, impedance_from
 from ur5_ros.model.rotations import quaternion_of
 from ur5_ros.signals import ArmState
 from ur5_ros.sim.plant import Plant

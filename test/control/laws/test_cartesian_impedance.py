@@ -6,8 +6,12 @@ import pytest
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.worlds import load_world
-from ur5_ros.control.laws.cartesian_impedance import Impedance, cartesian_impedance, limited_inverse
 from ur5_ros.control.controller import Controller
+from ur5_ros.control.laws.cartesian_impedance import (
+    Impedance,
+    cartesian_impedance,
+    limited_inverse,
+)
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics, jacobian
 from ur5_ros.signals import ArmState, Reference

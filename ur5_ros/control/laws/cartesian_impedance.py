@@ -71,11 +71,15 @@ def cartesian_impedance(state: ArmState, reference: Reference, arm: ArmParameter
 
     """
     torque, inverse, work = np.empty((5, 6)), np.empty((6, 6)), np.empty((kernel.WORK, 6))
-    shaped = impedance.inertia is not None
-    softness = np.linalg.inv(impedance.inertia) if shaped else np.zeros((6, 6))
     constants = np.concatenate([arm.constants, arm.angle_offset])
-    return _torque(state, reference, arm, constants, impedance, softness,
+    return _torque(state, reference, arm, constants, impedance, _softness(impedance),
                    (inverse, work, torque))
+
+
+def _softness(impedance: Impedance) -> np.ndarray:
+    """Return M_x^-1; zero where the tool keeps its own inertia."""
+    inertia = impedance.inertia
+    return np.zeros((6, 6)) if inertia is None else np.linalg.inv(inertia)
 
 
 def _torque(state: ArmState, reference: Reference, arm: ArmParameters, constants: np.ndarray,
@@ -113,8 +117,7 @@ class CartesianImpedance(Law):
     def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
         super().__init__(arm, gains, parameters)
         self._impedance = impedance_from(parameters, self.target_wrench)
-        inertia = self._impedance.inertia
-        self._softness = np.zeros((6, 6)) if inertia is None else np.linalg.inv(inertia)
+        self._softness = _softness(self._impedance)
         self._constants = np.concatenate([arm.constants, arm.angle_offset])
         self._room = np.empty((6, 6)), np.empty((kernel.WORK, 6))
         kernel.impedance_torque.prepare()
