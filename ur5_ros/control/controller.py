@@ -1,6 +1,7 @@
 """The controller under the node: states in, torques out, trajectories on request."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -17,22 +18,12 @@ from ur5_ros.control.friction_feedforward import friction_feedforward
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.kernel import GRAVITY, NOT_FINITE, STATE, TOTAL
-from ur5_ros.control.laws.cartesian_impedance import inverse_is_limited
 from ur5_ros.control.laws.checked import CheckedLaw
-from ur5_ros.control.output import (
-    HOLDING,
-    MOVING,
-    REFUSED,
-    STOPPED,
-    WAITING,
-    ControlOutput,
-    describe,
-)
+from ur5_ros.control.output import ControlOutput, describe, status_of
 from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
 from ur5_ros.control.state_validation import StateStatus, StateValidator, joint_beyond
 from ur5_ros.control.takeover import plan_autostart, plan_rest
-from ur5_ros.control.targets import wrench_in_base
 from ur5_ros.control.tolerances import (
     JointTolerance,
     ResultCode,
@@ -46,6 +37,7 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference
 
 _ZERO = np.zeros(6)
+_NO_STATE = 'no state has come yet; start the robot or the simulator first'
 
 #: Parameters with which the law has nothing to do.
 _MOTION = frozenset({
@@ -164,7 +156,9 @@ class Controller:
         if last is not None and stamp == last.stamp:
             return last
         if self._settings.guard_force > 0.0 and last is not None:
-            self._watch_force(state)
+            why = self._guard.exceeded(state, self._executor, self._settings.guard_force)
+            if why:
+                self._stop('guarded', stamp, why)
         code, before = STATE, self._validator.predecessor(stamp)
         if before is not None and not self._goals.active:
             reference, parts, code = self._evaluate(state, before.q, stamp, last)
@@ -208,19 +202,6 @@ class Controller:
                                              *self._rate_limit(stamp, last))
         self._counts['limited_periods'] += bool(limited)
         return limited
-
-    def _watch_force(self, state: ArmState) -> None:
-        """End a path where the tool meets the force of ``guard_force``."""
-        if self._executor.name != 'path' or not self._executor.moving:
-            self._guard.reset()
-            return
-        force = self._guard.force(state)
-        if force > self._settings.guard_force:
-            limits = self._settings.motion_limits
-            stop = smooth_stop(self._executor.at(state.stamp, limits), limits)
-            self._execute(planning.Plan(stop), 'guarded', state.stamp)
-            self._stopped = (f'path ended at {force:.4g} N, guard_force is '
-                             f'{self._settings.guard_force:g} N')
 
     def _check(self, state: ArmState) -> tuple[ArmState, ControlOutput | None]:
         """Return the state to answer and the output before; None where a new motion starts."""
@@ -307,19 +288,11 @@ class Controller:
             finite.
 
         """
-        try:
-            if self._settings.mode != 'cartesian_impedance':
-                raise InputError(f'mode is {self._settings.mode}; set mode to '
-                                 'cartesian_impedance first')
-            state = self._validator.last
-            if state is None:
-                raise InputError('no state has come yet; start the robot or the simulator first')
-            self._target_wrench = wrench_in_base(force, torque, frame, self._settings.prefix,
-                                                 state.q, self.arm)
-        except InputError as refusal:
-            self._counts['refused_inputs'] += 1
-            self._refused = self._last_refusal = f'target_wrench: {refusal}'
-            raise
+        with self._refusals('target_wrench'):
+            if self._validator.last is None:
+                raise InputError(_NO_STATE)
+            self._target_wrench = planning.desired_wrench(
+                self._settings, self._validator.last, force, torque, frame)
         if isinstance(self._law, CheckedLaw):
             self._law.law.target_wrench = self._target_wrench
 
@@ -369,16 +342,10 @@ class Controller:
             'mode': self._settings.mode,
             'effort_convention': self.parameters.effort_convention,
             'experiment': self.parameters.experiment,
-            'inverse_limited': self._inverse_limited(),
             **self._counts,
-            **describe(self._output, self._validator.last, self._executor, self.arm),
+            **describe(self._output, self._validator.last, self._executor, self.arm,
+                       self._settings.mode),
         }
-
-    def _inverse_limited(self) -> bool:
-        """Return whether the law limits the inverse of J, near a singularity."""
-        state = self._validator.last
-        return (self._settings.mode == 'cartesian_impedance' and state is not None
-                and inverse_is_limited(state.q, self.arm))
 
     @property
     def law(self) -> TorqueLaw | CheckedLaw:
@@ -396,20 +363,33 @@ class Controller:
         return self._validator.last, self._output
 
     def _plan(self, name: str, planner: Callable[..., planning.Plan], *arguments: Any) -> None:
-        try:
+        with self._refusals(name):
             if self._output is None:
-                raise InputError('no state has come yet; start the robot or the simulator first')
+                raise InputError(_NO_STATE)
             plan = planner(self._settings, self._output.reference, *arguments)
+        self._execute(plan, name, self._output.stamp)
+
+    @contextmanager
+    def _refusals(self, name: str) -> Iterator[None]:
+        """Count and keep the reason where what is inside is refused."""
+        try:
+            yield
         except InputError as refusal:
             self._counts['refused_inputs'] += 1
             self._refused = self._last_refusal = f'{name}: {refusal}'
             raise
-        self._execute(plan, name, self._output.stamp)
 
     def _execute(self, plan: planning.Plan, name: str, stamp: int) -> None:
         self._goals.preempt(name)
         self._executor.execute(plan.trajectory, name, stamp, plan.branch)
         self._refused = self._stopped = ''
+
+    def _stop(self, name: str, stamp: int, why: str = '') -> None:
+        """Bring the reference to rest, jerk-limited."""
+        limits = self._settings.motion_limits
+        stop = smooth_stop(self._executor.at(stamp, limits), limits)
+        self._execute(planning.Plan(stop), name, stamp)
+        self._stopped = why
 
     def _take_over(self, state: ArmState, arrival: StateStatus) -> None:
         """Start from a measured state: come to rest and hold, or start the experiment."""
@@ -430,26 +410,15 @@ class Controller:
         error = np.array([state.q - reference.q, state.qd - reference.qd, np.full(6, np.nan)])
         verdict = self._goals.update(error, stamp)
         if verdict is not None and verdict.code < 0:
-            stop = smooth_stop(reference, self._settings.motion_limits)
-            self._execute(planning.Plan(stop), f'stop: {verdict.message}', stamp)
+            self._stop(f'stop: {verdict.message}', stamp)
 
     def _watch_limits(self, state: ArmState) -> None:
         """Stop smoothly when a joint passes a limit of the arm in position or speed."""
         joint = joint_beyond(state, self.arm.limits)
         if joint is not None and not self._beyond:
-            limits = self._settings.motion_limits
-            stop = smooth_stop(self._executor.at(state.stamp, limits), limits)
-            self._execute(planning.Plan(stop), 'stop', state.stamp)
-            self._stopped = (f'{self._names[joint]} at {state.q[joint]:.4f} rad, '
-                             f'{state.qd[joint]:.4f} rad/s')
+            self._stop('stop', state.stamp, f'{self._names[joint]} at {state.q[joint]:.4f} rad, '
+                       f'{state.qd[joint]:.4f} rad/s')
         self._beyond = joint is not None
 
     def _status(self) -> str:
-        if self._waiting:
-            return WAITING
-        if self._stopped:
-            return STOPPED
-        if self._executor.moving:
-            return MOVING
-        return REFUSED if self._refused else HOLDING
-
+        return status_of(self._waiting, self._stopped, self._executor.moving, self._refused)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.momentum_observer import MomentumObserver
 from ur5_ros.model.kinematics import jacobian
 from ur5_ros.model.parameters import ArmParameters
@@ -32,6 +33,14 @@ class ForceGuard:
     def reset(self) -> None:
         """Begin anew: no force, no state before."""
         self._observer.reset()
+
+    def exceeded(self, state: ArmState, executor: TrajectoryExecutor, limit: float) -> str:
+        """Return why a path ends at a state: the force [N] is beyond the limit; else empty."""
+        if executor.name != 'path' or not executor.moving:
+            self.reset()
+            return ''
+        force = self.force(state)
+        return f'path ended at {force:.4g} N, guard_force is {limit:g} N' if force > limit else ''
 
     def force(self, state: ArmState) -> float:
         """Return the size of the force on the tool [N] up to a state."""

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.control.execution import TrajectoryExecutor
+from ur5_ros.control.laws.cartesian_impedance import inverse_is_limited
 from ur5_ros.control.tool_motion import singularity_distance
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
@@ -36,11 +37,23 @@ class ControlOutput(NamedTuple):
         return Torque(*self.parts)
 
 
+def status_of(waiting: bool, stopped: str, moving: bool, refused: str) -> str:
+    """Return the state of the controller in words; ``stopped`` and ``refused`` are reasons."""
+    if waiting:
+        return WAITING
+    if stopped:
+        return STOPPED
+    if moving:
+        return MOVING
+    return REFUSED if refused else HOLDING
+
+
 def describe(
     output: ControlOutput | None,
     state: ArmState | None,
     executor: TrajectoryExecutor,
     arm: ArmParameters,
+    mode: str,
 ) -> dict[str, Any]:
     """
     Return the numbers of the last output.
@@ -55,13 +68,15 @@ def describe(
         The active trajectory.
     arm : ArmParameters
         The law's arm.
+    mode : str
+        The law's name.
 
     Returns
     -------
     dict
         Stamp [ns], chosen inverse-kinematics branch, number of candidates and least distance to
         singularity on the way (0 to 1), that of the arm now, largest joint error [rad], time left
-        of the motion [s], limits that act.
+        of the motion [s], limits that act, whether the inverse of J is limited.
 
     """
     if output is None or state is None:
@@ -77,4 +92,5 @@ def describe(
         'largest_error': float(np.abs(state.q - output.reference.q).max()),
         'seconds_left': max(0, left) / 1e9,
         'torque_limited': output.limited,
+        'inverse_limited': mode == 'cartesian_impedance' and inverse_is_limited(state.q, arm),
     }

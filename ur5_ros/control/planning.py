@@ -10,12 +10,12 @@ from ur5_ros.control.experiment import ExperimentTrajectory
 from ur5_ros.control.joint_trajectory import TrajectoryPoint, check_points, joint_spline
 from ur5_ros.control.point_to_point import point_to_point, smooth_stop
 from ur5_ros.control.settings import Settings
-from ur5_ros.control.targets import in_base, solve_pose
+from ur5_ros.control.targets import in_base, solve_pose, wrench_in_base
 from ur5_ros.control.tolerances import GoalError, ResultCode
 from ur5_ros.control.tool_motion import Branch, tool_motion
 from ur5_ros.control.trajectory import SECOND, Trajectory, TrajectorySequence
 from ur5_ros.errors import InputError
-from ur5_ros.signals import Reference, joint_order, joint_values
+from ur5_ros.signals import ArmState, Reference, joint_order, joint_values
 
 #: Paths have at most this many control periods [count].
 _LONGEST_PATH = 500_000
@@ -260,3 +260,19 @@ def plan_stop(settings: Settings, start: Reference) -> Plan:
 
     """
     return Plan(smooth_stop(start, settings.motion_limits))
+
+
+def desired_wrench(settings: Settings, state: ArmState, force: Sequence[float],
+                   torque: Sequence[float], frame: str) -> np.ndarray:
+    """
+    Return force [N] and torque [N m] that the tool should press with, in base, shape (6,).
+
+    Raises
+    ------
+    InputError
+        If the mode is not ``cartesian_impedance``, or the wrench is refused.
+
+    """
+    if settings.mode != 'cartesian_impedance':
+        raise InputError(f'mode is {settings.mode}; set mode to cartesian_impedance first')
+    return wrench_in_base(force, torque, frame, settings.prefix, state.q, settings.arm)
