@@ -6,7 +6,7 @@ import shutil
 import pytest
 from foreign_recordings import arm_messages, motion, write_bag
 
-from ur5_ros.cli import judge
+from ur5_ros.cli.commands import judge
 from ur5_ros.cli.run import run
 
 

@@ -6,7 +6,8 @@ from rich.text import Text
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.run_folders import BAGS, new_run_name
-from ur5_ros.cli import judge, terminal
+from ur5_ros.cli import terminal
+from ur5_ros.cli.commands import judge
 from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.errors import InputError
 from ur5_ros.launcher.two_nodes import run_two_nodes

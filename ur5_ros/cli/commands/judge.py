@@ -11,7 +11,8 @@ from ur5_ros.analysis.report.html import write_html
 from ur5_ros.analysis.result import Result
 from ur5_ros.analysis.validate import validate as validate_run
 from ur5_ros.bag.run_folders import newest_run
-from ur5_ros.cli import batch, terminal
+from ur5_ros.cli import terminal
+from ur5_ros.cli.commands import batch
 from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError

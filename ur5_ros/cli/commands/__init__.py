@@ -1,0 +1,1 @@
+"""What each command of ``ur5`` does; imported when the command is used."""
