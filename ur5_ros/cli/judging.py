@@ -58,11 +58,9 @@ def validate(
     kd: Annotated[str | None, typer.Option(
         metavar='N[,N...]', help='Velocity gain, likewise.')] = None,
     reference: Annotated[str, typer.Option(
-        metavar='TEXT', help='What the controller should follow: a topic, an experiment, six '
-        'joint angles or a tool pose.')] = '',
+        metavar='TEXT', help='Topic, experiment, joints or pose to be followed.')] = '',
     marks: Annotated[Path | None, typer.Option(
-        '--marks', metavar='FILE', help='Pass marks, of the form of config/validation.yaml; '
-        'those left out keep their default.')] = None,
+        '--marks', metavar='FILE', help='Limits, of the form of config/validation.yaml.')] = None,
     json: Json = None,
     html: Html = None,
     junit: Annotated[Path | None, typer.Option(
