@@ -13,9 +13,9 @@ from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run, States
-from ur5_ros.analysis.identification.arm_file import arm_yaml
 from ur5_ros.analysis.identification.identify import identify
 from ur5_ros.config import load_arm
+from ur5_ros.config.arm_writer import arm_file_text
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
@@ -56,7 +56,8 @@ def changed_arm() -> ArmParameters:
 def record(folder: Path, experiment: str, seconds: float, noise: dict[str, float]) -> Run:
     """Return a run of the changed arm."""
     file = folder / 'changed.yaml'
-    file.write_text(arm_yaml(changed_arm(), 'ur5_real, changed for this benchmark'))
+    file.write_text(arm_file_text(changed_arm(), 'An arm.', 'ur5_real, changed for this benchmark',
+                                    'as ur5_real'))
     return as_run(run_closed_loop(run_config(
         experiment, str(file), control_arm='ur5_real', control_rate=RATE, duration=seconds,
         sim={'friction.viscous': VISCOUS, 'friction.coulomb': COULOMB, **noise})))

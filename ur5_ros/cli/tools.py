@@ -189,6 +189,23 @@ def set_(
     return live.set_parameter(node, name, value)
 
 
+@app.command('arm')
+def arm_(
+    urdf_file: Annotated[Path | None, typer.Option(
+        '--urdf', metavar='FILE', help='URDF of a robot of the UR family.')] = None,
+    calibration: Annotated[Path | None, typer.Option(
+        '--calibration', metavar='FILE', help='Calibration that ur_calibration wrote.')] = None,
+    arm: Annotated[str | None, typer.Option(
+        '--arm', metavar='NAME', autocompletion=arm_names,
+        help='Arm that was calibrated; the nearest by default.')] = None,
+    out: Annotated[Path | None, typer.Option(
+        '-o', '--out', metavar='FILE', help='Arm file to write.')] = None,
+) -> int:
+    """List the arms, or make an arm file."""
+    from ur5_ros.cli.commands import arms
+    return arms.arm(urdf_file, calibration, arm, out)
+
+
 @app.command()
 def urdf(
     arm: Annotated[str, typer.Option(

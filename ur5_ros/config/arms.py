@@ -9,6 +9,7 @@ import yaml
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
 from ur5_ros.config.strict_yaml import file_names, named_file, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import InputError
+from ur5_ros.model.calibration import transform
 from ur5_ros.model.friction import JointFriction
 from ur5_ros.model.parameters import ArmParameters, Limits, Payload
 
@@ -57,6 +58,16 @@ class _Payload(Record, frozen=True, kw_only=True):
     source: str = ''
 
 
+class _CalibratedJoint(Record, frozen=True, kw_only=True):
+    xyz: Three
+    rpy: Three
+
+
+class _Calibration(Record, frozen=True, kw_only=True):
+    source: str
+    joints: Annotated[list[_CalibratedJoint], Meta(min_length=6, max_length=6)]
+
+
 class _Friction(Record, frozen=True, kw_only=True):
     viscous: _Sourced | None = None
     coulomb: _Sourced | None = None
@@ -80,6 +91,7 @@ class _ArmFile(Record, frozen=True, kw_only=True):
     gravity: _Gravity
     limits: _Limits
     payload: _Payload = _Payload()
+    calibration: _Calibration | None = None
     friction: _Friction = _Friction()
 
 
@@ -192,6 +204,8 @@ def _arm_record(data: Any, source: str) -> ArmParameters:
                 velocity=np.array(file.limits.velocity),
                 effort=np.array(file.limits.effort),
             ),
+            calibration=None if file.calibration is None else np.array(
+                [transform(joint.xyz, joint.rpy) for joint in file.calibration.joints]),
             payload=Payload(file.payload.mass, np.array(file.payload.com),
                             _tensor(file.payload.inertia)),
             friction=JointFriction(**{

@@ -6,6 +6,7 @@ The derivation is the paper's (section II-D), its misprints corrected (docs/equa
 of atan2 alone, which keeps all digits where acos loses half of them.
 """
 
+from dataclasses import replace
 from math import prod
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy import empty
 
 from ur5_ros.errors import InputError
+from ur5_ros.model import calibration
 from ur5_ros.model.angle_wrapping import TURN, limits_of_model, turns_allowed
 from ur5_ros.model.kernels import inverse_kinematics as kernels
 from ur5_ros.model.kernels.arguments import finite_array
@@ -97,6 +99,8 @@ def inverse_kinematics(
     (8, 6)
 
     """
+    if arm.calibration is not None:
+        return _calibrated(T, arm, q6, q_near)
     free = _ZERO if q6 is None and q_near is None else _free_angle(q6, q_near)
     q = empty((8, 6))
     try:
@@ -154,6 +158,9 @@ def inverse_kinematics_batch(
     """
     poses = finite_array('T', T, (4, 4))
     lead = poses.shape[:-2]
+    if arm.calibration is not None:
+        start, _ = inverse_kinematics_batch(poses, _uncalibrated(arm), q6)
+        return _refined(poses.reshape(-1, 4, 4), start.reshape(-1, 8, 6), arm, lead)
     count = prod(lead)
     free = np.ascontiguousarray(np.broadcast_to(finite_array('q6', q6, ()), lead).reshape(-1))
     q, valid = empty((*lead, 8, 6)), empty((*lead, 8), dtype=bool)
@@ -217,6 +224,50 @@ def nearest_solution(
         raise InputError(_excluded(solutions.q, least > most, limits or arm.limits, arm))
     distance = np.where(allowed, np.sum((q - q_near) ** 2, axis=-1), np.inf)
     return np.clip(q[np.argmin(distance)], lower, upper)
+
+
+#: Shifts of a pose at an edge of reach [m], for a start where the DH table has no solution.
+_SHIFTS = (2e-3, 1e-2)
+
+
+def _uncalibrated(arm: ArmParameters) -> ArmParameters:
+    return replace(arm, calibration=None)
+
+
+def _refined(poses: np.ndarray, start: np.ndarray, arm: ArmParameters,
+             lead: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the calibrated solution of each branch (n, 8, 6) of the closed form, and which."""
+    assert arm.calibration is not None
+    plain = _uncalibrated(arm)
+    wrist = poses[:, :3, 3] - arm.d[5] * poses[:, :3, 2]
+    for direction in (wrist * [1.0, 1.0, 0.0], -wrist):  # out of axis 1, and into reach
+        unit = direction / np.maximum(np.linalg.norm(direction, axis=1), 1e-9)[:, None]
+        for shift in _SHIFTS:
+            shifted = poses.copy()
+            shifted[:, :3, 3] += shift * unit
+            other, _ = inverse_kinematics_batch(shifted, plain)
+            start = np.where(np.isfinite(start), start, other.reshape(start.shape))
+    every = np.repeat(poses, 8, axis=0)
+    q = calibration.solve_from(every, start.reshape(-1, 6), arm.calibration).reshape(start.shape)
+    q = (q + np.pi) % (2.0 * np.pi) - np.pi
+    valid = np.array([calibration.distinct(each) for each in q]).reshape(-1, 8)
+    q[~valid] = np.nan
+    return q.reshape(*lead, 8, 6), valid.reshape(*lead, 8)
+
+
+def _calibrated(T: np.ndarray, arm: ArmParameters, q6: float | None,
+                q_near: np.ndarray | None) -> Solutions:
+    """Return all solutions of a calibrated arm: each branch of the closed form, refined."""
+    pose = single_pose(T)
+    check_pose(pose)
+    free = _ZERO if q6 is None and q_near is None else _free_angle(q6, q_near)
+    plain = _uncalibrated(arm)
+    nominal = inverse_kinematics(pose, plain, q6, q_near)
+    start, _ = inverse_kinematics_batch(pose, plain, float(free[0]))
+    q, valid = _refined(pose[None], start[None], arm, ())
+    slots = np.flatnonzero(valid)
+    return Solutions(q[slots], slots, nominal.wrist_singular,
+                     '' if slots.size else nominal.reason or unreachable(pose, plain))
 
 
 def _free_angle(q6: float | None, q_near: np.ndarray | None) -> np.ndarray:

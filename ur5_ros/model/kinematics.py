@@ -8,6 +8,7 @@ convention; frame 6 is ``tool0``.
 
 import numpy as np
 
+from ur5_ros.model import calibration
 from ur5_ros.model.kernels import kinematics as kernels
 from ur5_ros.model.kernels.arguments import finite_array, state_function
 from ur5_ros.model.parameters import ArmParameters
@@ -49,6 +50,8 @@ def forward_kinematics(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     array([-0.81725, -0.19145, -0.00549])
 
     """
+    if arm.calibration is not None:
+        return _chain(q, arm)[..., 5, :, :]
     return _pose(arm, q)
 
 
@@ -82,6 +85,9 @@ def link_transforms(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     (6, 4, 4)
 
     """
+    if arm.calibration is not None:
+        at_zero = _links(arm, np.zeros(6)).reshape(6, 4, 4)
+        return _chain(q, arm) @ calibration.link_offsets(arm, at_zero)
     rows = _links(arm, q)
     return rows.reshape(*rows.shape[:-2], 6, 4, 4)
 
@@ -119,6 +125,8 @@ def jacobian(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     (6,)
 
     """
+    if arm.calibration is not None:
+        return calibration.chain_jacobian(_chain(q, arm))
     return _jacobian(arm, q)
 
 
@@ -151,7 +159,15 @@ def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarr
     (6, 6)
 
     """
+    if arm.calibration is not None:
+        return calibration.chain_jacobian_rate(_chain(q, arm), finite_array('qd', qd, (6,)))
     return _jacobian_rate(arm, q, qd)
+
+
+def _chain(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
+    """Return the frames of a calibrated arm, shape (..., 6, 4, 4)."""
+    assert arm.calibration is not None
+    return calibration.chain_frames(finite_array('q', q, (6,)), arm.calibration)
 
 
 def singularity_factors(

@@ -69,6 +69,9 @@ class ArmParameters:
     """Gravitational acceleration in ``base`` [m/s^2], shape (3,)."""
     limits: Limits
     payload: Payload = field(default_factory=Payload)
+    calibration: np.ndarray | None = None
+    """Chain of one robot's own calibration, shape (6, 4, 4): poses follow it, the dynamics the DH
+    table; see :mod:`ur5_ros.model.calibration`."""
     friction: JointFriction = field(default_factory=JointFriction)
     """What resists the joints' motion; no term of eq (6), which knows no friction."""
 
@@ -186,6 +189,18 @@ def _check(arm: ArmParameters) -> None:
                          'give zero or more')
     _check_payload(arm)
     _check_limits(arm)
+    _check_calibration(arm)
+
+
+def _check_calibration(arm: ArmParameters) -> None:
+    if arm.calibration is None:
+        return
+    if arm.calibration.shape != (6, 4, 4) or not np.all(np.isfinite(arm.calibration)):
+        raise ValueError(f'{arm.name}: calibration has shape {arm.calibration.shape}; give six '
+                         'transforms of finite numbers')
+    if np.any(arm.angle_offset):
+        raise ValueError(f"{arm.name}: calibration is of the manufacturer's angles; the arm has "
+                         f'angle_offset {arm.angle_offset.tolist()}: give one without')
 
 
 def _check_payload(arm: ArmParameters) -> None:

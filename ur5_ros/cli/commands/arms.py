@@ -1,0 +1,49 @@
+"""The command ``ur5 arm``: the arms there are, and new ones from a URDF or a calibration."""
+
+from pathlib import Path
+
+from ur5_ros.cli.exit_codes import YES
+from ur5_ros.errors import InputError
+
+
+def arm(urdf: Path | None, calibration: Path | None, name: str | None, out: Path | None) -> int:
+    """List the arms, or write an arm file; see ``ur5 arm --help``."""
+    if urdf is None and calibration is None:
+        if out is not None or name is not None:
+            raise InputError('an arm file is made of a file: give --urdf FILE or --calibration '
+                             'FILE')
+        return _list()
+    if urdf is not None and calibration is not None:
+        raise InputError('--urdf and --calibration: give one of the two')
+    if out is None:
+        raise InputError('give the arm file to write: -o FILE')
+    from ur5_ros.config.arm_writer import arm_file_text, write_new_file
+    if out.exists():
+        raise InputError(f'{out} exists already; give another file')
+    if calibration is not None:
+        from ur5_ros.config.calibration import calibrated_arm_text
+        text, sentences = calibrated_arm_text(calibration, name)
+    else:
+        assert urdf is not None
+        if name is not None:
+            raise InputError('--arm is for --calibration; a URDF describes its own arm')
+        from ur5_ros.config.urdf_arm import arm_of_urdf
+        found = arm_of_urdf(urdf, out.stem)
+        source = f'URDF {urdf.name}'
+        text = arm_file_text(found, f'Made of the URDF {urdf.name}.', source, source)
+        sentences = [f'masses of {found.mass.sum():.4g} kg, reach of '
+                     f'{abs(found.a).sum() + found.d[4]:.4g} m; rotor inertia is not in a URDF: '
+                     'zero']
+    write_new_file(out, text)
+    for sentence in (*sentences, f'written: {out}'):
+        print(sentence)
+    return YES
+
+
+def _list() -> int:
+    from ur5_ros.config import list_arms, load_arm
+    for each in list_arms():
+        arm = load_arm(each)
+        print(f'{each}: {arm.mass.sum():.4g} kg, reach {abs(arm.a).sum() + arm.d[4]:.4g} m, '
+              f'rotor inertia {"yes" if arm.armature.any() else "no"}')
+    return YES
