@@ -20,6 +20,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.validate import validate
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.config import config_folder, load_arm
 from ur5_ros.config.node_parameters import SimParameters
@@ -58,8 +60,8 @@ class Component(Node):
     def read(self, _):
         self.states += 1
 
-    def write(self):
-        message = JointState(name=list(JOINT_NAMES), effort=TORQUE.tolist())
+    def write(self, torque):
+        message = JointState(name=list(JOINT_NAMES), effort=torque.tolist())
         message.header.stamp = self.get_clock().now().to_msg()
         self.command.publish(message)
 
@@ -73,7 +75,8 @@ def test_the_tag_of_the_page_commands_efforts_of_a_joint_of_the_arm():
     assert float(PARAMETERS['trigger_joint_command_threshold']) < 0.0
 
 
-def test_the_torques_of_a_topic_hardware_component_act_above_gravity(monkeypatch, tmp_path):
+def drive(monkeypatch, tmp_path, torque, every):
+    """Command a paced simulator at a rate of the component's own, for 400 states."""
     monkeypatch.setenv('ROS_DOMAIN_ID', '175')
     monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE',
                        str(config_folder() / 'fastdds_loopback.xml'))
@@ -88,11 +91,12 @@ def test_the_torques_of_a_topic_hardware_component_act_above_gravity(monkeypatch
     node, executor = Component(), SingleThreadedExecutor()
     executor.add_node(node)
     try:
-        end = time.monotonic() + 60
+        end, due = time.monotonic() + 60, 0.0
         while node.states < 400 and time.monotonic() < end:
             executor.spin_once(timeout_sec=0.005)
-            if node.states:
-                node.write()
+            if node.states and time.monotonic() > due:
+                due = time.monotonic() + every
+                node.write(torque)
         assert node.states >= 400
     finally:
         simulator.send_signal(signal.SIGINT)
@@ -100,6 +104,10 @@ def test_the_torques_of_a_topic_hardware_component_act_above_gravity(monkeypatch
         executor.shutdown()
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+def test_the_torques_of_a_topic_hardware_component_act_above_gravity(monkeypatch, tmp_path):
+    drive(monkeypatch, tmp_path, TORQUE, 0.0)
     states = open_bag(tmp_path / 'run').joint_states('/joint_states')
     arm = load_arm('ur5')
     # the effort of state k+1 acted from state k on, where gravity was g(q_k)
@@ -109,6 +117,16 @@ def test_the_torques_of_a_topic_hardware_component_act_above_gravity(monkeypatch
     first, last = np.flatnonzero(commanded)[[0, -1]]
     assert commanded[first:last].mean() > 0.95
     assert states.velocity[:, 2].max() > 0.1, 'the elbow follows its torque'
+
+
+def test_a_run_whose_commands_come_at_their_own_rate_is_judged_by_what_held(monkeypatch, tmp_path):
+    drive(monkeypatch, tmp_path, TORQUE * [1, 0, 0, 0, 0, 0], 0.011)
+    result = validate(load_run(tmp_path / 'run'))
+    for name in ('pairing', 'command acts'):
+        assert result.check(name).verdict == 'pass', result.check(name).sentence
+    pairing = result.check('pairing')
+    assert 'at their own rate' in pairing.sentence
+    assert pairing.details['commands_held'] < 0.5 * pairing.details['answered']
 
 
 def test_the_command_prints_the_tag_for_every_joint():

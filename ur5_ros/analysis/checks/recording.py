@@ -53,6 +53,11 @@ def pairing_check(run: Run, marks: Marks) -> Check:
     orphans = counts.get('answers_without_state', 0)
     details = {**counts, 'states': len(answered), 'answered': int(answered.sum()),
                'states_without_answer': missing}
+    if counts.get('commands_held'):
+        under = int(answered.sum())
+        return Check('pairing', PASS if under else FAIL, f'{counts["commands_held"]} commands at '
+                     f'their own rate, each acts until the next: {under} of {len(answered)} '
+                     'periods under one', details=details)
     if orphans:
         return Check('pairing', FAIL, f'{orphans} answers belong to no recorded state; '
                      f'{missing} states have no answer', float(orphans), 0.0, 'answers', details)

@@ -12,7 +12,7 @@ from ur5_ros.analysis.data.effort_meaning import with_effort_meaning
 from ur5_ros.analysis.data.given_reference import given_reference
 from ur5_ros.analysis.data.node_records import messages_of
 from ur5_ros.analysis.data.options import ReadingOptions, check_effort_meaning
-from ur5_ros.analysis.data.order_pairing import efforts_of_arrays, pair_by_order
+from ur5_ros.analysis.data.order_pairing import efforts_of_arrays, hold_by_order, pair_by_order
 from ur5_ros.analysis.data.rows import FIELDS, StateRows, foreign_rows, own_rows
 from ur5_ros.analysis.data.run import (
     PARTS,
@@ -171,6 +171,8 @@ def _aligned(stamp: np.ndarray, others: np.ndarray, values: np.ndarray) -> np.nd
 def _answers(bags: list[BagData], states_bag: BagData, states: StateRows,
              counts: dict[str, int]) -> dict[str, Any]:
     """Return command, and wall-clock times of states and commands at the simulator."""
+    if held := _held_commands(bags, states.stamp, counts):
+        return held
     bag = _first(bags, 'joint_command', ('control', 'sim', '', 'robot'))
     if bag is None:
         return _unstamped_answers(bags, states.stamp, counts)
@@ -196,6 +198,29 @@ def _answers(bags: list[BagData], states_bag: BagData, states: StateRows,
         arrived[at] = commands.log_time[found]
         answer.update(state_time=sent, command_time=arrived)
     return answer
+
+
+def _held_commands(bags: list[BagData], stamp: np.ndarray,
+                   counts: dict[str, int]) -> dict[str, Any]:
+    """Return the commands of a paced run by another controller: each acts until the next."""
+    sim = next((bag for bag in bags if bag.node == 'sim' and bag.record is not None), None)
+    if sim is None or sim.record is None or any(bag.node == 'control' for bag in bags):
+        return {}
+    parameters = sim.record.parameters
+    if (parameters['lockstep'] or not sim.has('joint_command')
+            or parameters.get('repeated_command_timeout') or parameters['delay.command_periods']):
+        return {}
+    commands = sim.data['joint_command']
+    counts['commands_held'] = len(commands.stamp)
+    command = hold_by_order(sim.data['joint_states'], stamp, commands,
+                            parameters['command_timeout'])
+    for event in sim.events:  # each holds from its stamp to the next of its kind
+        if event.kind == 'fallback':
+            later = [each.stamp for each in sim.events
+                     if each.kind == 'fallback' and each.stamp > event.stamp]
+            if event.values.get('active'):
+                command[(stamp >= event.stamp) & (stamp < min(later, default=np.inf))] = np.nan
+    return {'command': command}
 
 
 def _unstamped_answers(bags: list[BagData], stamp: np.ndarray,

@@ -44,6 +44,49 @@ def pair_by_order(
     return command
 
 
+def hold_by_order(states: Columns, stamp: np.ndarray, commands: Columns,
+                  timeout: float) -> np.ndarray:
+    """
+    Return the command that acted from each state on, where commands come at their own rate.
+
+    A paced simulator lets the newest command act that is neither from the future nor older than
+    ``command_timeout``; its bag has states and commands in the order in which they came.
+
+    Parameters
+    ----------
+    states : Columns
+        States as recorded by the simulator.
+    stamp : numpy.ndarray, shape (n,)
+        Stamps of the states of the run [ns], ascending.
+    commands : Columns
+        Commands as recorded by the simulator, refused ones included.
+    timeout : float
+        ``command_timeout`` [simulated s].
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 6)
+        NaN where no command acted, and in the last row.
+
+    """
+    oldest = round(timeout * 1e9)
+    sent = states.log_time[np.searchsorted(states.stamp, stamp)]
+    present = np.searchsorted(sent, commands.log_time, side='right') - 1
+    held = np.full((len(stamp), 6), np.nan)
+    acting, acting_stamp, at = None, 0, 0
+    finite = np.isfinite(commands.effort).all(axis=1)
+    for row in range(len(stamp) - 1):
+        while at < len(present) and commands.log_time[at] < sent[row + 1]:
+            now = int(stamp[max(int(present[at]), 0)])
+            own = int(commands.stamp[at]) or now
+            if finite[at] and acting_stamp <= own <= now and now - own <= oldest:
+                acting, acting_stamp = commands.effort[at], own
+            at += 1
+        if acting is not None and stamp[row] - acting_stamp <= oldest:
+            held[row] = acting
+    return held
+
+
 def efforts_of_arrays(raw: RawColumns) -> np.ndarray:
     """Return the torques of std_msgs/Float64MultiArray messages, shape (n, 6); NaN for others."""
     efforts = np.full((len(raw.log_time), 6), np.nan)
