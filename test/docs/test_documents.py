@@ -58,6 +58,7 @@ def test_the_snippets_of_a_group_run_as_printed(name, tmp_path):
     (tmp_path / 'bags').mkdir()
     (tmp_path / 'bags/golden').symlink_to(ROOT / 'bags/golden')
     (tmp_path / 'config').symlink_to(ROOT / 'config')
+    (tmp_path / 'docs').symlink_to(ROOT / 'docs')
     robot_log(tmp_path / 'log.csv.gz')
     script = documents.script(GROUPS[name], tmp_path)
     environment = {key: value for key, value in os.environ.items()

@@ -10,6 +10,7 @@ from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.loop.recording import record
 from ur5_ros.loop.rollout import rollout
 from ur5_ros.loop.run_config import RunConfig, arm_named
+from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference
 from ur5_ros.sim.plant import Plant
 from ur5_ros.sim.world.publication import ContactPublication
@@ -55,10 +56,12 @@ def run_closed_loop(plan: RunConfig, folder: Path | str | None = None) -> LoopRu
     return run
 
 
-def full_loop(plan: RunConfig) -> LoopRun:
-    """Run Plant and Controller as the nodes run them; see :func:`run_closed_loop`."""
-    sim_arm = arm_named(plan.sim.arm)
-    controller = Controller(arm_named(plan.control.arm), plan.control, plan.sim.control_rate)
+def full_loop(plan: RunConfig, sim_arm: ArmParameters | None = None,
+              control_arm: ArmParameters | None = None) -> LoopRun:
+    """Run Plant and Controller as the nodes run them; with other arms than the plan's if given."""
+    sim_arm = sim_arm or arm_named(plan.sim.arm)
+    control_arm = control_arm or arm_named(plan.control.arm)
+    controller = Controller(control_arm, plan.control, plan.sim.control_rate)
     plant = Plant(sim_arm, plan.sim)
     states, truths, answers, events = [], [], [], []
     contact, reports = [], []

@@ -1,0 +1,158 @@
+"""Right solutions get full marks on every seed; usual mistakes lose their line and are named."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from ur5_ros.course.grade import EXERCISES, exercise_named, grade, judge
+from ur5_ros.errors import InputError
+
+HERE = Path(__file__).resolve().parent
+SOLUTIONS = HERE / 'solutions'
+STARTERS = HERE.parents[1] / 'docs/course/starters'
+SEEDS = range(20 if os.environ.get('UR5_ROS_THOROUGH') else 3)
+DEGREES = 'degrees instead of radians'
+
+#: Exercise, what of the right solution is replaced by what, the line lost, the mistake named.
+MISTAKES = [
+    ('dynamics', 'return -sum(m * linear', 'return sum(m * linear', 'gravity', "gravity's sign"),
+    ('kinematics', 'return frames(q)[-1]', 'return np.diag([-1, -1, 1, 1.0]) @ frames(q)[-1]',
+     'pose', 'base turned by pi (base_link, not base)'),
+    ('kinematics', 'return frames(q)[-1]', 'return frames(np.deg2rad(q))[-1]', 'pose', DEGREES),
+    ('kinematics', '[[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s],\n'
+     '                                [0.0, sa, ca, d],',
+     '[[c, -s, 0.0, a], [s * ca, c * ca, -sa, -sa * d],\n'
+     '                                [s * sa, c * sa, ca, ca * d],',
+     'pose', "Craig's (modified) DH parameters for standard ones"),
+    ('dynamics', 'return 0.5 * (np.einsum', 'return (np.einsum', 'Coriolis',
+     'Christoffel symbols without the half'),
+    ('kinematics', 'q + 2 * np.pi * np.round((q_near - q) / (2 * np.pi))',
+     '(q + np.pi) % (2 * np.pi) - np.pi', 'inverse',
+     'missing +-2 pi: not the turn nearest to q_near'),
+    ('computed_torque', 'return stamp, ', 'return stamp + 1_000_000, ', 'stamp',
+     'wrong stamp: it is that of the state answered'),
+    ('computed_torque', 'return stamp, M @ a + C @ qd + g',
+     'late = getattr(self, "late", g)\n        self.late = M @ a + C @ qd + g\n'
+     '        return stamp, late', 'torque', 'torque a period late'),
+    ('computed_torque', 'M @ a + C @ qd + g', 'M @ a + C @ qd - g', 'torque', "gravity's sign"),
+    ('identification', 'return np.sqrt(noise * np.diag(np.linalg.inv(Y.T @ Y)))',
+     'return noise * np.diag(np.linalg.inv(Y.T @ Y))', 'standard errors',
+     'variances instead of standard errors'),
+    ('friction', 'return viscous * qd + coulomb', 'return -viscous * qd - coulomb', 'torque',
+     "friction's sign"),
+    ('contact', 'jacobian(q, ARM).T @ wrench', 'jacobian(q, ARM) @ wrench', 'joint torque',
+     'J instead of its transpose'),
+    ('contact', 'effort - C.T @ qd + g', 'effort - C.T @ qd', 'observer', 'no gravity'),
+]
+
+
+@pytest.mark.parametrize('name', EXERCISES)
+def test_a_right_solution_gets_full_marks_on_every_seed(name):
+    for seed in SEEDS:
+        found = judge(exercise_named(name), str(SOLUTIONS / f'{name}.py'), seed)
+        assert found['why'] == ''
+        assert [mark for mark in found['marks'] if mark.points < mark.of] == []
+
+
+@pytest.mark.parametrize('name', EXERCISES)
+def test_the_points_of_an_exercise_add_up_to_ten(name):
+    assert sum(line.points for line in exercise_named(name).lines) == 10.0
+
+
+@pytest.mark.parametrize(('name', 'right', 'wrong', 'line', 'mistake'), MISTAKES,
+                         ids=[f'{each[0]}: {each[4]}' for each in MISTAKES])
+def test_a_usual_mistake_loses_its_line_and_is_named(
+        tmp_path, name, right, wrong, line, mistake):
+    text = (SOLUTIONS / f'{name}.py').read_text(encoding='utf-8')
+    assert text.count(right) == 1
+    file = tmp_path / 'solution.py'
+    file.write_text(text.replace(right, wrong), encoding='utf-8')
+    for seed in (0, 7):
+        marks = {mark.line: mark for mark in judge(exercise_named(name), str(file), seed)['marks']}
+        assert marks[line].points == 0.0
+        assert marks[line].mistake == mistake
+        assert '\n' not in marks[line].reason
+
+
+def test_at_least_twelve_mistakes_are_known_here():
+    assert len(MISTAKES) >= 12
+
+
+def solution(tmp_path, text):
+    file = tmp_path / 'solution.py'
+    file.write_text(text, encoding='utf-8')
+    return file
+
+
+@pytest.mark.parametrize(('text', 'words'), [
+    ('import os\nos.abort()\n', r'ended by signal 6 \(SIGABRT\)'),
+    ('import os\nos._exit(3)\n', 'ended with code 3'),
+    ('import no_such_module\n', r"No module named 'no_such_module' \(line 1\)"),
+    ('def friction_torque(:\n', 'SyntaxError'),
+    ('raise SystemExit(0)\n', 'cannot be imported: SystemExit'),
+    ('import numpy as np\nkept = np.ones(2**27)\n', 'more than 512 MB of memory'),
+])
+def test_a_file_that_breaks_is_judged_with_no_points(tmp_path, text, words):
+    found = grade('friction', solution(tmp_path, text))
+    assert found.points == 0.0 and not found.full
+    assert re.search(words, found.why)
+    assert '\n' not in found.why
+
+
+def test_an_endless_loop_ends_with_a_verdict_and_leaves_no_process(tmp_path):
+    began = time.monotonic()
+    text = 'import subprocess\nsubprocess.Popen(["sleep", "98765"])\nwhile True:\n    pass\n'
+    found = grade('friction', solution(tmp_path, text), seconds=15.0)
+    assert 'no result after 15 s; an endless loop?' in found.why
+    assert time.monotonic() - began < 40.0
+    commands = [path.read_bytes() for path in Path('/proc').glob('[0-9]*/cmdline')
+                if path.exists()]
+    assert b'sleep\x0098765\x00' not in commands
+
+
+def test_one_line_that_raises_costs_that_line_alone(tmp_path):
+    text = (SOLUTIONS / 'friction.py').read_text(encoding='utf-8')
+    text = text.replace('viscous, coulomb = [], []', 'viscous = 1 / 0')
+    marks = {mark.line: mark for mark in grade('friction', solution(tmp_path, text)).marks}
+    assert marks['torque'].points == 4.0
+    assert marks['fit'].points == 0.0
+    assert 'ZeroDivisionError' in marks['fit'].reason
+
+
+def command(*arguments):
+    program = [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'grade']
+    return subprocess.run([*program, *map(str, arguments)], capture_output=True, text=True,
+                          timeout=120, check=False)
+
+
+def test_the_command_says_points_by_line_and_its_exit_code_is_the_verdict(tmp_path):
+    document = tmp_path / 'grade.json'
+    right = command('friction', SOLUTIONS / 'friction.py', '--seed', 3, '--json', document)
+    assert right.returncode == 0
+    assert '10 of 10 points' in right.stdout
+    assert json.loads(document.read_text(encoding='utf-8'))['full'] is True
+    wrong = command('friction', solution(tmp_path, 'x = 1\n'))
+    assert wrong.returncode == 1
+    assert '0/4  torque: there is no function friction_torque' in wrong.stdout
+
+
+def test_an_unknown_exercise_and_a_missing_file_are_bad_input(tmp_path):
+    assert command('cooking', SOLUTIONS / 'friction.py').returncode == 2
+    missing = command('friction', tmp_path / 'none.py')
+    assert missing.returncode == 2
+    assert 'no file' in missing.stderr and missing.stderr.count('\n') == 1
+    with pytest.raises(InputError, match="unknown exercise 'cooking'; give one of: kinematics"):
+        grade('cooking', SOLUTIONS / 'friction.py')
+
+
+@pytest.mark.parametrize('name', EXERCISES)
+def test_a_starter_file_can_be_judged_and_earns_less_than_a_solution(name):
+    found = judge(exercise_named(name), str(STARTERS / f'{name}.py'), 0)
+    assert found['why'] == ''
+    assert any(mark.points < mark.of for mark in found['marks'])

@@ -1,0 +1,1 @@
+"""Laws side by side: the same motions, perturbations and gains budget for all."""

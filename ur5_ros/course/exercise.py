@@ -1,0 +1,88 @@
+"""What an exercise is: lines with points, each a check of what somebody's file computes."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+#: A number of the solution may differ from the oracle's by this, absolutely and relatively.
+TOLERANCE = 1e-6
+
+
+class Mark(NamedTuple):
+    """What a line of the grading earned."""
+
+    line: str
+    points: float
+    of: float
+    reason: str
+    """In one line why points were lost; empty if none were."""
+    mistake: str = ''
+    """Name of a usual mistake that explains it."""
+
+
+class Line(NamedTuple):
+    """A line of the grading."""
+
+    name: str
+    points: float
+    check: Callable[[Any, np.random.Generator], tuple[str, str]]
+    """Given the module and random numbers, returns reason and mistake; two empty texts pass."""
+
+
+class Exercise(NamedTuple):
+    """Lines of which the points add up to ten."""
+
+    name: str
+    lines: tuple[Line, ...]
+
+
+class WrongAnswer(Exception):
+    """The solution did not answer as the exercise asks; the text is the reason."""
+
+
+def answer(module: Any, name: str, *arguments: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Return what a function of the solution gives, as finite numbers of a shape."""
+    function = getattr(module, name, None)
+    if not callable(function):
+        raise WrongAnswer(f'there is no function {name}')
+    given = function(*(np.array(each) if isinstance(each, np.ndarray) else each
+                       for each in arguments))
+    try:
+        array = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise WrongAnswer(f'{name} returns no numbers') from None
+    if array.shape != shape:
+        raise WrongAnswer(f'{name} returns the shape {array.shape}; it should be {shape}')
+    if not np.isfinite(array).all():
+        raise WrongAnswer(f'{name} returns numbers that are not finite')
+    return array
+
+
+def compare(what: str, got: np.ndarray, right: np.ndarray,
+            mistakes: Mapping[str, np.ndarray], tolerance: float = TOLERANCE) -> tuple[str, str]:
+    """
+    Return why answers are wrong and the usual mistake that gives the same numbers.
+
+    Parameters
+    ----------
+    what : str
+        Name of the quantity, with its unit.
+    got, right : numpy.ndarray
+        Answers to several questions, and the oracle's.
+    mistakes : mapping
+        Name of a mistake to the answers that it gives.
+    tolerance : float
+        Absolute and relative.
+
+    """
+    if _near(got, right, tolerance):
+        return '', ''
+    far = float(np.abs(got - right).max())
+    named = next((name for name, numbers in mistakes.items()
+                  if _near(got, numbers, tolerance)), '')
+    return f'{what} differs by up to {far:.3g}', named
+
+
+def _near(a: np.ndarray, b: np.ndarray, tolerance: float) -> bool:
+    return bool(np.allclose(a, b, rtol=tolerance, atol=tolerance))

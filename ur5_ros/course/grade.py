@@ -1,0 +1,123 @@
+"""A solution judged: run in a limited process, points by line, usual mistakes by name."""
+
+import sys
+from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.bench.limited_process import limit_memory, run_limited, write_result
+from ur5_ros.control.laws.user_law import reason
+from ur5_ros.course.exercise import Exercise, Line, Mark, WrongAnswer
+from ur5_ros.errors import InputError
+
+EXERCISES = ('kinematics', 'dynamics', 'computed_torque', 'identification', 'friction', 'contact')
+#: Wall-clock time that a solution gets [s].
+SECONDS = 60.0
+
+
+class Grade(NamedTuple):
+    """What a solution earned."""
+
+    exercise: str
+    seed: int
+    marks: tuple[Mark, ...]
+    why: str
+    """Why nothing could be judged; empty where all lines were."""
+
+    @property
+    def points(self) -> float:
+        """The sum of the lines."""
+        return sum(mark.points for mark in self.marks)
+
+    @property
+    def full(self) -> bool:
+        """Whether no point was lost."""
+        return not self.why and all(mark.points == mark.of for mark in self.marks)
+
+
+def exercise_named(name: str) -> Exercise:
+    """Return an exercise; InputError if there is none of the name."""
+    if name not in EXERCISES:
+        raise InputError(f'unknown exercise {name!r}; give one of: {", ".join(EXERCISES)}')
+    return import_module(f'ur5_ros.course.{name}').EXERCISE
+
+
+def grade(name: str, file: Path, seed: int = 0, seconds: float = SECONDS) -> Grade:
+    """
+    Return what a solution earns.
+
+    Parameters
+    ----------
+    name : str
+        One of :data:`EXERCISES`.
+    file : Path
+        The solution, a Python file.
+    seed : int
+        Of the questions: equal seeds ask the same.
+    seconds : float
+        Wall-clock time that it gets.
+
+    Raises
+    ------
+    InputError
+        If exercise or file do not exist.
+
+    """
+    lines = exercise_named(name).lines
+    if not file.is_file():
+        raise InputError(f'no file {file}; give the Python file of the solution')
+    found = run_limited(__name__, [name, str(file.resolve()), str(seed)], seconds)
+    why = found.why or found.result['why']
+    if why:
+        return Grade(name, seed, tuple(Mark(line.name, 0.0, line.points, why)
+                                       for line in lines), why)
+    return Grade(name, seed, tuple(Mark(*each) for each in found.result['marks']), '')
+
+
+def judge(exercise: Exercise, file: str, seed: int) -> dict[str, Any]:
+    """Return marks of a file in this process, or why it cannot be judged."""
+    try:
+        module = _load(file)
+    except MemoryError:
+        return {'why': 'the import takes more than 512 MB of memory', 'marks': []}
+    except (Exception, SystemExit) as error:
+        return {'why': f'the file cannot be imported: {reason(error, file)}', 'marks': []}
+    return {'why': '', 'marks': [_mark(line, module, file, seed) for line in exercise.lines]}
+
+
+def _mark(line: Line, module: Any, file: str, seed: int) -> Mark:
+    random = np.random.default_rng([seed, *line.name.encode()])
+    mistake = ''
+    try:
+        why, mistake = line.check(module, random)
+    except WrongAnswer as error:
+        why = str(error)
+    except MemoryError:
+        why = 'it takes more than 512 MB of memory'
+    except (Exception, SystemExit) as error:
+        why = reason(error, file)
+    return Mark(line.name, 0.0 if why else line.points, line.points, why, mistake)
+
+
+def _load(file: str) -> Any:
+    spec = spec_from_file_location('solution', file)
+    if spec is None or spec.loader is None:
+        raise ImportError('no Python file; its name should end in .py')
+    module = module_from_spec(spec)
+    sys.modules['solution'] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def main(result: str, name: str, file: str, seed: str) -> None:
+    """Judge a file and write the result; the model is loaded before memory is limited."""
+    exercise = exercise_named(name)
+    limit_memory()
+    write_result(result, judge(exercise, file, int(seed)))
+
+
+if __name__ == '__main__':
+    main(*sys.argv[1:])
