@@ -5,12 +5,17 @@ import pytest
 
 from ur5_ros.analysis.comparison import compare
 from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.plant_integrator import plant_models
+from ur5_ros.analysis.residual import command_defect, residual
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.repeat import recontrol, resimulate
 from ur5_ros.loop.run_config import run_config
+
+#: What makes a period of silence.
+SILENCE = object()
 
 KINDS = {
     'plain': {},
@@ -19,6 +24,10 @@ KINDS = {
         'delay.command_periods': 2, 'delay.state_periods': 1, 'payload.mass': 0.3}},
     'gravity excluded': {'sim': {'effort_convention': 'gravity_excluded'}},
     'eight steps a period': {'control_rate': 125},
+    "a robot's friction": {'sim': {
+        'friction.viscous': [5.0] * 6, 'friction.static': [2.0] * 6,
+        'friction_compensation.viscous_scale': [0.9] * 6, 'torque_rate_limit': 2e4,
+        'effort_feedback': 'current', 'torque_constant': [12.0] * 6}},
     'at the torque limit': {'initial_error': [0.0, -0.4, 0.0, 0.0, 0.0, 0.0],
                             'control': {'kp': [900.0], 'kd': [60.0]}},
 }
@@ -34,34 +43,73 @@ def test_a_recording_repeats_in_both_directions(kind, tmp_path):
         assert found.same_machine
 
 
-def test_live_changes_wrenches_and_resets_are_repeated():
+def resimulated(sim, happen):
+    """Return the events and the repetition of a run in which ``happen(plant, k)`` acts."""
     from ur5_ros.analysis.data import run as series
     from ur5_ros.config import load_arm
     from ur5_ros.sim.plant import Plant
-    plan = run_config(duration=0.2)
+    plan = run_config(duration=0.2, sim=sim)
     plant = Plant(load_arm('ur5'), plan.sim)
-    states, commands, events = [plant.state], [], []
+    states, truths, commands, events = [plant.state], [plant.truth], [], []
     random = np.random.default_rng(1)
     for k in range(1, 200):
+        commands.append(random.normal(size=6) * [20, 20, 20, 2, 2, 2])
+        found = happen(plant, k)
+        if found is SILENCE:
+            commands[-1] = np.full(6, np.nan)
+        states.append(found if isinstance(found, tuple) else plant.step(
+            None if found is SILENCE else commands[-1]))
+        truths.append(plant.truth)
+        events += plant.drain_events()
+    plant.close()
+    looped = run_closed_loop(plan)
+    columns = [series.States(*(np.array([state[i] for state in each]) for i in (1, 2, 3)))
+               for each in (states, truths)]
+    columns[0] = series.total_effort(columns[0], plan.sim.by_name(), load_arm('ur5'))
+    recorded = series.Run(
+        'changed', np.array([state.stamp for state in states]), columns[0], 1000.0,
+        1000.0, columns[1], command=np.array([*commands, np.zeros(6)]), sim=as_run(looped).sim,
+        events=as_run(looped._replace(events=tuple(events))).events)
+    return recorded, resimulate(recorded)
+
+
+def test_live_changes_wrenches_and_resets_are_repeated():
+    def happen(plant, k):
         if k == 40:
             plant.change('payload.mass', 1.5)
         if k == 60:
             plant.apply_wrench([5.0, 0.0, -3.0], [0.1, 0.0, 0.2])
         if k == 80:
             plant.change('friction.viscous', [2.0] * 6)
-        commands.append(random.normal(size=6) * [20, 20, 20, 2, 2, 2])
-        states.append(plant.reset() if k == 120 else plant.step(commands[-1]))
-        events += plant.drain_events()
-    plant.close()
-    run = as_run(run_closed_loop(plan))
-    recorded = series.Run(
-        'changed', np.array([state.stamp for state in states]),
-        series.States(*(np.array([state[i] for state in states]) for i in (1, 2, 3))), 1000.0,
-        1000.0, command=np.array([*commands, np.zeros(6)]), sim=run.sim,
-        events=as_run(run_closed_loop(plan)._replace(events=tuple(events))).events)
-    assert {event.kind for event in events} >= {'parameter', 'wrench', 'reset'}
-    found = resimulate(recorded)
+        return plant.reset() if k == 120 else None
+
+    recorded, found = resimulated({}, happen)
+    assert {event.kind for event in recorded.events} >= {'parameter', 'wrench', 'reset'}
     assert found.equal, found.sentence
+
+
+@pytest.mark.parametrize('feedback', ['total', 'gravity_excluded', 'current'])
+def test_torque_mode_left_and_resumed_is_repeated_and_obeys_newton(feedback):
+    def happen(plant, k):
+        if k == 30:
+            plant.change('payload.transition_time', 0.05)
+            plant.change('payload.mass', 1.5)
+        if k == 100:
+            plant.change('friction_compensation.coulomb_scale', [0.5] * 6)
+        if k == 150:
+            plant.resume_torque_mode()
+        return SILENCE if 120 <= k < 140 else None
+
+    recorded, found = resimulated({
+        'leave_torque_mode': True, 'torque_rate_limit': 1e4, 'friction.coulomb': [3.0] * 6,
+        'friction.viscous': [4.0] * 6, 'friction_compensation.viscous_scale': [0.9] * 6,
+        'effort_feedback': feedback, 'torque_constant': [12.0] * 6}, happen)
+    assert {event.kind for event in recorded.events} >= {
+        'parameter', 'payload', 'torque_mode', 'limit', 'fallback'}
+    assert found.equal, found.sentence
+    newton = residual(recorded, plant_models(recorded))
+    assert np.nanmax(np.abs(newton.torque)) < 1e-9
+    assert np.nanmax(np.abs(command_defect(recorded))) < 1e-9
 
 
 def test_a_changed_bit_is_found_and_named(tmp_path):

@@ -1,7 +1,6 @@
 """Residuals as torque: of the equations of motion, and of the command."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,13 +83,15 @@ def command_defect(run: Run) -> np.ndarray:
     Return effort of state k+1 minus the command of state k, shape (n - 1, 6) [N m].
 
     Gravity and friction compensation are added to the command where the plant adds them.  NaN
-    where there is no answer or no successor, zero where a torque limit explains the difference.
+    where there is no answer, no successor or no torque mode in which it would act, zero where a
+    torque limit explains the difference.
 
     """
     q, _, effort = run.exact
     command = run.required_command[:-1].copy()
     if run.sim:
-        command = _limited(command, run.sim.parameters, run.h)
+        command[_since(run, 'torque_mode', False)] = np.nan
+        command = _limited(command, run)
     if run.sim and run.sim.parameters.get('effort_convention') == 'gravity_excluded':
         command += gravity_torque(q[:-1] + run.sim.arm.angle_offset, run.sim.arm)
     if (added := robot_compensation(run)) is not None:
@@ -103,15 +104,29 @@ def command_defect(run: Run) -> np.ndarray:
     return defect
 
 
-def _limited(command: np.ndarray, parameters: Mapping[str, Any], h: float) -> np.ndarray:
+def _since(run: Run, kind: str, active: bool) -> np.ndarray:
+    """Return the rows, but the last, from an event of a kind up to its opposite: (n - 1,) bool."""
+    found = np.zeros(len(run.stamp), dtype=bool)
+    for event in run.events:
+        if event.kind == kind:
+            first = np.searchsorted(run.stamp, event.stamp)
+            found[first:] = bool(event.values.get('active')) == active
+    return found[:-1]
+
+
+def _limited(command: np.ndarray, run: Run) -> np.ndarray:
     """Return commands within the limits of torque mode."""
+    parameters = run.required_sim.parameters
     largest = np.array(parameters.get('torque_limit') or [np.inf] * 6)
-    change = parameters.get('torque_rate_limit', 0.0) * h
+    change = parameters.get('torque_rate_limit', 0.0) * run.h
     if change:
         command, last = command.copy(), np.zeros(6)
-        for row in command:
-            bounds = np.maximum(-largest, last - change), np.minimum(largest, last + change)
-            row[:] = last = np.where(np.isfinite(row), np.clip(row, *bounds), last)
+        for row, silent in zip(command, _since(run, 'fallback', True), strict=True):
+            if silent:
+                last = np.zeros(6)
+            elif np.isfinite(row).all():
+                row[:] = last = np.clip(row, np.maximum(-largest, last - change),
+                                        np.minimum(largest, last + change))
     return np.clip(command, -largest, largest)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.data.run import NodeRecord, RecordedEvent, Run
+from ur5_ros.analysis.data.run import NodeRecord, RecordedEvent, Run, States, total_effort
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.control.controller import Controller
 from ur5_ros.errors import InputError
@@ -14,6 +14,12 @@ from ur5_ros.sim.plant import Plant
 
 #: Within this two runs are the same on machines of different fingerprints.
 TOLERANCE = 1e-9
+#: Parameters with which a command is the torque that acts.
+PLAIN_COMMANDS = {
+    'effort_convention': 'total', 'delay.command_periods': 0, 'leave_torque_mode': False,
+    'torque_limit': [], 'torque_rate_limit': 0.0,
+    'friction_compensation.viscous_scale': [0.0] * 6,
+    'friction_compensation.coulomb_scale': [0.0] * 6}
 
 
 class Repetition(NamedTuple):
@@ -84,7 +90,7 @@ def resimulate(run: Run) -> Repetition:
     by_command = bool(side.parameters['lockstep'] and commands is not None
                       and np.isfinite(commands[:-1]).all())
     if commands is None or not by_command:
-        given |= {'effort_convention': 'total', 'delay.command_periods': 0}
+        given |= PLAIN_COMMANDS
         commands = np.vstack([run.exact.effort[1:], np.zeros((1, 6))])
         fed = 'fed with the torques that acted'
     plant = Plant(side.arm, given)
@@ -92,8 +98,8 @@ def resimulate(run: Run) -> Repetition:
         found = _played(plant, run, commands, by_command)
     finally:
         plant.close()
-    recorded = np.hstack([run.states.q, run.states.qd, run.states.effort])
-    return _compared('states', fed, run.stamp, recorded, found, side)
+    states = total_effort(States(*np.split(found, 3, axis=1)), side.parameters, side.arm)
+    return _compared('states', fed, run.stamp, np.hstack(run.states), np.hstack(states), side)
 
 
 def recontrol(run: Run) -> Repetition:
@@ -157,7 +163,7 @@ def _played(plant: Plant, run: Run, commands: np.ndarray, by_command: bool) -> n
 def _happen(plant: Plant, event: RecordedEvent, by_command: bool) -> None:
     if event.kind == 'parameter':
         name = event.values['name']
-        if by_command or name != 'delay.command_periods':
+        if by_command or name not in PLAIN_COMMANDS:
             plant.change(name, event.values['value'])
     elif event.kind == 'wrench':
         plant.apply_wrench(event.values['force'], event.values['torque'])

@@ -69,7 +69,7 @@ class Plant:
     mechanics : Mechanics
         The moving body.
     exact_sensing : bool
-        Whether ``state`` is ``truth``: neither noise nor delay of states is on.
+        Whether ``state`` is ``truth``: no noise, no delay of states, the whole effort reported.
 
     Raises
     ------
@@ -311,7 +311,8 @@ class Plant:
         self.mechanics.set_effects(self._plant_parameters.effects(self.arm))
         self._sensing = (given.delay_state_periods, given.noise_position,
                          given.noise_velocity, given.seed)
-        self.exact_sensing = not any(self._sensing[:3])
+        self._measures = any(self._sensing[:3])
+        self.exact_sensing = not self._measures and given.effort_feedback == 'total'
         self._commands_delayed = given.delay_command_periods > 0 or self._delay.busy
         self._scales = (np.array(given.friction_compensation_viscous_scale),
                         np.array(given.friction_compensation_coulomb_scale))
@@ -321,7 +322,7 @@ class Plant:
         """Measure the state; ``effort`` is what the drives report of the torque that acted."""
         truth = self.truth if effort is self.truth.effort else self.truth._replace(effort=effort)
         self._sensor.add(self.k, truth)
-        self.state = truth if self.exact_sensing else self._sensor.measure(*self._sensing)
+        self.state = self._sensor.measure(*self._sensing) if self._measures else truth
         return self.state
 
     def _excluded_gravity(self) -> np.ndarray:

@@ -282,6 +282,34 @@ def test_the_timeout_fires_the_arm_brakes_and_a_command_takes_over_again(ros):
     assert str(notes['repeatable']).lower() == 'false'
 
 
+def test_silence_ends_torque_mode_until_it_is_resumed(ros):
+    watcher = ros.observer()
+    sim = ros.start('sim', lockstep=False, command_timeout=0.04, leave_torque_mode=True,
+                    effort_convention='gravity_excluded', fallback='brake')
+    publisher = watcher.publisher(JointState, '/joint_command')
+    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
+    states = watcher.hear(JointState, '/joint_states')
+    push = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.5])
+
+    def modes():
+        return [each['active'] for each in events(told, 'torque_mode')]
+
+    def push_until(condition, what):
+        wait_until(lambda: publisher.publish(command(states[-1], push)) or condition(), what)
+
+    wait_until(lambda: states, 'states')
+    push_until(lambda: modes() == [True], 'torque mode')
+    wait_until(lambda: modes() == [True, False], 'the end of torque mode in silence')
+    assert watcher.call(Trigger, '/ur5_sim/resume_torque_mode').success
+    push_until(lambda: modes() == [True, False, True], 'torque mode again')
+    wait_until(lambda: len(modes()) == 4, 'the next silence')
+    ignored = stamp(states[-1])
+    push_until(lambda: stamp(states[-1]) > ignored + 200_000_000, 'commands into no torque mode')
+    assert len(modes()) == 4
+    assert np.abs(states[-1].velocity).max() < 1e-6
+    assert sim.stop() == 0
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_the_run_in_order(ros, number):
     watcher = ros.observer()
