@@ -60,7 +60,7 @@ SIM_TOPICS = (
     Topic('clock', '/clock', 'rosgraph_msgs/msg/Clock', True, 's', '`publish_clock`',
           UNACKNOWLEDGED, lazy=True),
     Topic('ground_truth', '~/ground_truth', _JOINTS, True, 'rad, rad/s, N m',
-          'exact state; only while noise or delay is on'),
+          'exact state; only while noise, delay or `effort_feedback` hides it'),
     Topic('events', '~/events', _STATUS, True, '', 'see below', BURST),
     Topic('diagnostics', '/diagnostics', _STATUS, True, '',
           '1 Hz; counts of everything refused'),
