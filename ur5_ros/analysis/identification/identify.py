@@ -189,9 +189,9 @@ def _solve(rows: Rows, base: BaseParameters, arm: ArmParameters) -> _Solution:
     best = linear
     if any(family.features != _BOTH for family in families):
         best = _fit(rows, base, features, [family.features for family in families], block)
-    count = len(base.columns)
-    x = physical(base.combination, best.estimate.value[:count],
-                 _information(best.estimate.factor, count), all_parameters(arm),
+    keep = np.flatnonzero(determined)
+    x = physical(base.combination[keep], best.estimate.value[keep],
+                 _information(best.estimate.factor, keep), all_parameters(arm),
                  typical_sizes(arm))
     return _Solution(linear, best, tuple(families), determined, x, block, features)
 
@@ -257,12 +257,13 @@ def _families(rows: Rows, base: BaseParameters, features: np.ndarray, linear: _F
     return families
 
 
-def _information(factor: np.ndarray, count: int) -> np.ndarray:
-    """Return the square root of what is known of the first columns alone, (count, count)."""
-    order = [*range(count, factor.shape[1]), *range(count)]
+def _information(factor: np.ndarray, keep: np.ndarray) -> np.ndarray:
+    """Return the square root of what is known of some parameters alone, (k, k)."""
+    others = np.setdiff1d(np.arange(factor.shape[1]), keep)
     square = np.zeros((factor.shape[1],) * 2)
-    triangle = np.asarray(np.linalg.qr(np.vstack([factor[:, order], square]), mode='r'))
-    return triangle[-count:, -count:]
+    triangle = np.asarray(np.linalg.qr(
+        np.vstack([factor[:, [*others, *keep]], square]), mode='r'))
+    return triangle[-len(keep):, -len(keep):]
 
 
 def _by_joint(linear: _Fit) -> list[np.ndarray]:

@@ -44,7 +44,9 @@ class Estimate(NamedTuple):
         return np.sqrt(np.diag(self.covariance))
 
 
-def least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray, block: np.ndarray) -> Estimate:
+def least_squares(
+    x: np.ndarray, y: np.ndarray, known: np.ndarray, block: np.ndarray, floor: float = 0.0,
+) -> Estimate:
     """
     Fit y = x @ value, each joint weighed by what it leaves unexplained.
 
@@ -62,6 +64,8 @@ def least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray, block: np.nda
         Which of them count.
     block : numpy.ndarray, shape (n,)
         Number of the block that each window belongs to.
+    floor : float
+        Residual under which no joint weighs more [N m]: what the model itself is not known to.
 
     Returns
     -------
@@ -70,13 +74,13 @@ def least_squares(x: np.ndarray, y: np.ndarray, known: np.ndarray, block: np.nda
 
     """
     scale = np.sqrt(np.mean(y**2)) + 1e-12
-    weight = known / np.sqrt(_mean_square(y, known) + 1e-6 * scale**2)
+    weight = known / np.sqrt(_mean_square(y, known) + 1e-6 * scale**2 + floor**2)
     for _ in range(PASSES - 1):
         residual = y - x @ _quick(x, y, weight)
         spread = np.sqrt(_mean_square(residual, known))
         if spread.max() < ROUNDING * scale:
             break
-        spread = np.maximum(spread, 1e-6 * scale)
+        spread = np.maximum(spread, max(1e-6 * scale, floor))
         surplus = np.maximum(np.abs(residual) / (OUTLYING * spread), 1.0)
         weight = known / (spread * np.sqrt(surplus))
     value, basis, strength, size = _solve(x, y, weight)

@@ -21,7 +21,7 @@ class Motors(NamedTuple):
     """What motor currents say, joint by joint; NaN where the run does not determine it."""
 
     drive: np.ndarray
-    """Joint torque that a current makes [N m/A], shape (6,)."""
+    """Joint torque that a current makes [N m/A], of the chosen family, shape (6,)."""
     drive_error: np.ndarray
     viscous: np.ndarray
     """Of the linear family [N m s/rad]."""
@@ -155,10 +155,9 @@ def _joint(effort, current, features, sliding, block, test) -> _JointMotor:
     best, spread = _fit(x[:, columns], y, block)
     model = np.zeros(x.shape[1])
     model[columns] = best
-    (drive, drive_error), (viscous, viscous_error), (coulomb, coulomb_error) = _in_torque(
-        value, covariance)
-    terms = dict(zip([FEATURES[i - 1] for i in columns[1:]], _in_torque(best, spread)[1:],
-                     strict=True))
+    _, (viscous, viscous_error), (coulomb, coulomb_error) = _in_torque(value, covariance)
+    (drive, drive_error), *found = _in_torque(best, spread)
+    terms = dict(zip([FEATURES[i - 1] for i in columns[1:]], found, strict=True))
     have = np.isfinite(test[1]) & np.isfinite(test[0])
     t, i = np.column_stack([test[0], test[2]])[have], test[1][have]
     return _JointMotor(

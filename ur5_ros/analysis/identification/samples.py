@@ -75,6 +75,8 @@ def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
         time, q, qd, qdd, speed, effort = _between_states(run)
         keep = slice(0, -1)
         whole = np.isfinite(np.hstack([q, qd, qdd, effort])).all(axis=1) & _follow(run)
+    if _is_of_standing_reference(run):
+        qd, qdd, speed = np.zeros_like(qd), np.zeros_like(qdd), np.zeros_like(speed)
     exact = not noisy and run.substeps == 1
     slow = SLOW_EXACT if exact else SLOW
     current = None if run.current is None else run.current[keep]
@@ -96,6 +98,16 @@ def moving_average(values: np.ndarray, length: int) -> np.ndarray:
         return values
     total = np.cumsum(np.pad(values, ((half + 1, half), (0, 0)), 'edge'), axis=0)
     return (total[2 * half + 1:] - total[:-2 * half - 1]) / (2 * half + 1)
+
+
+def _is_of_standing_reference(run: Run) -> bool:
+    """Return whether the torque is that of gravity alone: a robot guided by hand computes so."""
+    if run.effort_meaning == 'target':
+        return True
+    if not run.follows_reference:
+        return False
+    star = run.required_reference
+    return not np.nan_to_num(star.qdd).any() and bool(np.nan_to_num(star.qd).any())
 
 
 def _between_states(run: Run):
