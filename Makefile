@@ -24,7 +24,7 @@ QUICK := test/config test/cdr test/control/test_law.py test/control/test_experim
 
 BENCHMARKS := $(wildcard benchmarks/bench_*.py)
 
-.PHONY: help setup setup-all demo test test-quick test-pythons coverage lint types bench faults soak sweep-proof test-browser docs lock clean
+.PHONY: evidence help setup setup-all demo test test-quick test-pythons coverage lint types bench faults soak sweep-proof test-browser docs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
@@ -97,6 +97,9 @@ bench: setup-all  ## figures as ratios to references measured in the same run
 
 faults: setup-all  ## every fault of the catalogue, and the scorecard
 	UR5_ROS_THOROUGH=1 $(PYTEST) test -q -m fault --scorecard=docs/faults.md $(ARGS) </dev/null
+
+evidence: setup-all  ## what takes long: 200 restarts of either node
+	UR5_ROS_THOROUGH=1 $(PYTEST) -q test/nodes/test_restarts.py $(ARGS) </dev/null
 
 sweep-proof: setup-all  ## 10,000 runs while workers, scheduler and sweep are killed (ARGS="--runs 500")
 	$(BIN)/python benchmarks/sweep_proof.py $(ARGS)

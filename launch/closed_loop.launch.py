@@ -37,6 +37,7 @@ ARGUMENTS = {
                     'none.', 'bag'),
     'params_file': Argument('', 'ROS parameters of one node or both, which the arguments do not '
                             'set.', 'file'),
+    'composed': Argument('false', 'Both nodes in one process.', 'boolean'),
     'launch_rviz': Argument('false', 'Show the arm in RViz.', 'boolean'),
     'use_sim_time': Argument('true', 'Of RViz and robot_state_publisher.', 'boolean'),
     'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean'),
@@ -55,22 +56,33 @@ def nodes(values: dict) -> list:
     namespace = values.get('namespace', '')
     sim_files, control_files = parameter_files(
         values, node_name(namespace, 'ur5_sim'), node_name(namespace, 'ur5_control'))
+    sim = given(values, (
+        'tf_prefix', 'gui', 'lockstep', 'control_rate', 'physics_rate', 'realtime_factor',
+        'effort_convention')) | {
+            'initial_positions': [float(q) for q in initial_positions(experiment, arm)],
+            'stop_after': float(experiment.duration)}
+    control = given(values, ('tf_prefix', 'effort_convention', 'experiment')) | {
+        'autostart': True}
+    own = {'ur5_sim': {'arm': values['arm']} | bags['sim'],
+           'ur5_control': {'arm': values['control_arm']} | bags['control']}
+    # RViz first: a package that is missing ends the launch before a node is started
+    shown = rviz(values['launch_rviz'])
+    if values['composed']:
+        return [*shown, Node(
+            package='ur5_ros', executable='closed_loop', namespace=namespace, output='screen',
+            emulate_tty=True, on_exit=Shutdown(reason='both nodes have ended'),
+            parameters=[*{*sim_files, *control_files}, sim | control],
+            ros_arguments=[word for node, each in own.items() for name, value in each.items()
+                           for word in ('-p', f'{node}:{name}:={value}')])]
     simulator = Node(
         package='ur5_ros', executable='sim_node', name='ur5_sim', namespace=namespace,
         output='screen', emulate_tty=True, on_exit=Shutdown(reason='the simulator has ended'),
-        parameters=[str(CONFIG / 'sim.yaml'), *sim_files, given(values, (
-            'arm', 'tf_prefix', 'gui', 'lockstep', 'control_rate', 'physics_rate',
-            'realtime_factor', 'effort_convention')) | bags['sim'] | {
-                'initial_positions': [float(q) for q in initial_positions(experiment, arm)],
-                'stop_after': float(experiment.duration)}])
+        parameters=[str(CONFIG / 'sim.yaml'), *sim_files, sim | own['ur5_sim']])
     controller = Node(
         package='ur5_ros', executable='control_node', name='ur5_control', namespace=namespace,
         output='screen', emulate_tty=True, on_exit=Shutdown(reason='the controller has ended'),
-        parameters=[str(CONFIG / 'control.yaml'), *control_files, given(values, (
-            'tf_prefix', 'effort_convention', 'experiment')) | bags['control'] | {
-                'arm': values['control_arm'], 'autostart': True}])
-    # RViz first: a package that is missing ends the launch before a node is started
-    return [*rviz(values['launch_rviz']), simulator, controller]
+        parameters=[str(CONFIG / 'control.yaml'), *control_files, control | own['ur5_control']])
+    return [*shown, simulator, controller]
 
 
 def rviz(shown: bool) -> list:

@@ -90,7 +90,7 @@ EVERY = {
     'tf_prefix': 'left_', 'namespace': 'left', 'gui': 'true', 'lockstep': 'false',
     'control_rate': '250', 'physics_rate': '500', 'realtime_factor': '0.5',
     'effort_convention': 'gravity_excluded', 'stop_after': '2', 'bag': 'somewhere',
-    'launch_rviz': 'true', 'use_sim_time': 'false', 'loopback': 'false',
+    'launch_rviz': 'true', 'use_sim_time': 'false', 'loopback': 'false', 'composed': 'false',
     'rviz_config_file': str(ROOT / 'config/layouts/ur5.rviz'),
     'params_file': str(ROOT / 'config/sim.yaml'), 'preset': 'ur_torque_mode',
 }
@@ -191,6 +191,22 @@ def test_what_an_argument_does_not_set_a_parameter_file_does(tmp_path):
     [simulator] = launched('sim', params_file=str(file))[0]
     assert not {'control_rate', 'arm'} & set(simulator.parameters[-1])
     assert simulator.parameters[-2] == str(file)
+
+
+def test_both_nodes_run_in_one_process_if_asked(tmp_path):
+    [node], environment = launched(
+        'closed_loop', composed='true', experiment='joint_step', control_rate='125', arm='ur5e',
+        control_arm='ur5', bag=str(tmp_path / 'run'))
+    done = subprocess.run(
+        [sys.executable, '-m', f'ur5_ros.nodes.{node.executable}', *node.arguments], cwd=tmp_path,
+        env=os.environ | environment | {'ROS_DOMAIN_ID': '177'}, stdin=subprocess.DEVNULL,
+        capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    for name, arm in (('sim', 'ur5e'), ('control', 'ur5')):
+        bag = open_bag(tmp_path / 'run' / name)
+        parameters = json.loads(bag.description['parameters'])
+        assert parameters['arm'] == arm
+        assert len(bag.joint_states('/joint_states').stamp) >= 8 * 125 - 1
 
 
 def test_the_end_of_either_node_ends_the_launch():

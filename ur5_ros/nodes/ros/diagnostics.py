@@ -8,7 +8,7 @@ from typing import Any
 from ur5_ros.nodes.ros.environment import PROFILES
 
 #: Wall time between two log lines of the same kind [s].
-THROTTLE = 5.0
+THROTTLE = 1.0
 
 
 #: How often a node that waits reports it, with where it listens [s].

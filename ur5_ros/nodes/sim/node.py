@@ -113,6 +113,7 @@ class SimNode:
             self.stop.ask('stop_after')
         if self._every_second.due():
             self.steps.expire(self.simulation)
+            self.simulation.log_present()
             report(self)
         return busy
 

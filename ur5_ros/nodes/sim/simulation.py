@@ -20,7 +20,9 @@ BRAKING_TIME = 0.2
 REST = 1e-3
 
 #: Kinds of event that are warnings in the log.
-_WARNINGS = ('limit', 'protective_stop', 'fallback', 'lockstep', 'publishers', 'refused')
+_WARNINGS = ('limit', 'protective_stop', 'publishers', 'refused')
+#: Kinds that tell what holds from now on: the last line in the log is the present one.
+_STATES = ('fallback', 'lockstep')
 
 
 class Simulation:
@@ -56,6 +58,8 @@ class Simulation:
         """Control period [s]."""
         self._last = round(parameters.stop_after * rate) or None
         self._throttle = Throttle()
+        self._present: dict[str, Event] = {}
+        self._logged: dict[str, str] = {}
         self._contact = None if plant.world.empty else _publication(parameters)
 
     @property
@@ -132,8 +136,20 @@ class Simulation:
             self.outputs.contact(self._contact.messages(self.plant))
         self.send_events(self.plant)
 
+    def log_present(self) -> None:
+        """Log what holds now, at most once a second of each kind."""
+        for kind, each in self._present.items():
+            if each.message != self._logged.get(kind) and self._throttle(kind):
+                skipped = self._throttle.skipped(kind)
+                more = f'; {skipped} changes since the last line' if skipped else ''
+                self.logger.warning(f'{each.message} ({each.stamp * 1e-9:.3f} s){more}')
+                self._logged[kind] = each.message
+
     def _send_event(self, each: Event) -> None:
         self.outputs.event(each)
+        if each.kind in _STATES:
+            self._present[each.kind] = each
+            self.log_present()
         kind = each.kind if each.kind == 'limit' else each.kind + each.values.get(
             'reason', each.message)
         if each.kind in _WARNINGS and self._throttle(kind):
