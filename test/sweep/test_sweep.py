@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.engine import batch_size, run_sweep
+from ur5_ros.sweep.report import write_report
 from ur5_ros.sweep.run import check_success, plan_of, row_of
 from ur5_ros.sweep.spec import expand, load_sweep, number_of_runs, parse_sweep
 from ur5_ros.sweep.summary import heat_maps, overall, rate_of, rates_by, worst_runs
@@ -349,7 +351,7 @@ def test_the_command_runs_resumes_reports_and_repeats_one_run(tmp_path):
     assert '--only' in first.stdout or '6 of 6' in first.stdout
     assert first.stderr == ''
     report = (tmp_path / 'sweeps' / 'trial' / 'report.html').read_text()
-    assert 'heatmap' in report and 'Worst runs' in report
+    assert 'heatmap' in report and 'Runs, the worst first' in report
     began = time.monotonic()
     assert ur5(file).returncode == 0
     assert (tmp_path / 'sweeps' / 'trial' / 'table.parquet').read_bytes() == table
@@ -387,3 +389,27 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
     done = SweepFolder(tmp_path / 'sweeps' / 'trial', spec_of(file.read_text())).done()
     assert 0 < len(done) < 800
     assert json.loads((parts.parent / 'sweep.json').read_text())['name'] == 'trial'
+
+
+def test_the_page_of_a_random_sweep_has_scatters_intervals_units_and_short_numbers(tmp_path):
+    spec = spec_of('name: drawn\nduration: 0.3\njudge: metrics\nsamples: 6\n'
+                   'success: {final_error: 0.05}\nvary:\n  arm: [ur5]\n'
+                   '  initial_error: {uniform: [-0.1, 0.1], size: 6}\n'
+                   '  sim.payload.mass: {uniform: [0.0, 2.0]}\n')
+    folder = SweepFolder(tmp_path / 'drawn', spec)
+    folder.add([row_of(spec, run, None) for run in expand(spec)])
+    write_report(folder, tmp_path / 'page.html')
+    page = (tmp_path / 'page.html').read_text(encoding='utf-8')
+    assert 'parcoords' in page and 'sim.payload.mass [kg]' in page and '95 % interval' in page
+    body = page.partition('<main>')[2].partition('</main>')[0]
+    assert not re.search(r'\d\.\d{8,}', body), 'no number of more than eight decimals'
+    assert len(page) < 3_000_000
+
+
+def test_the_page_of_a_grid_has_no_interval_as_nothing_is_random(tmp_path):
+    spec = spec_of('name: grid\nduration: 0.3\njudge: metrics\nsuccess: {final_error: 1.0}\n'
+                   'vary:\n  control.kp: [10.0, 20.0]\n')
+    folder = SweepFolder(tmp_path / 'grid', spec)
+    folder.add([row_of(spec, run, None) for run in expand(spec)])
+    write_report(folder, tmp_path / 'page.html')
+    assert '95 % interval' not in (tmp_path / 'page.html').read_text(encoding='utf-8')

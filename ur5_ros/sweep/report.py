@@ -9,7 +9,8 @@ import polars
 from ur5_ros.analysis.report.document import html_document
 from ur5_ros.analysis.report.document import markup as _text
 from ur5_ros.config.records import as_data
-from ur5_ros.sweep.spec import SweepSpec
+from ur5_ros.sweep.drawn_figures import drawn_figures
+from ur5_ros.sweep.spec import SweepSpec, has_drawn_keys
 from ur5_ros.sweep.summary import (
     HeatMap,
     Rate,
@@ -20,11 +21,19 @@ from ur5_ros.sweep.summary import (
     worst_runs,
 )
 from ur5_ros.sweep.table import SweepFolder, input_keys
+from ur5_ros.sweep.units import with_unit
 
 #: Numbers that the maps show beside the success rate.
 _MAPPED = ('final_error', 'max_torque')
 
-_TABLE = 'style="display:block;overflow-x:auto"'
+#: Rows of the table of runs at most, the worst first.
+MOST_RUNS = 1000
+
+#: One scale from bad (red) to good (blue), also for who cannot tell red from green.
+HIGH_IS_GOOD: list[tuple[float, str]] = [(0.0, '#b2182b'), (0.5, '#f7f7f7'), (1.0, '#2166ac')]
+LOW_IS_GOOD = [(1.0 - at, colour) for at, colour in reversed(HIGH_IS_GOOD)]
+
+_TABLE = 'class="sortable" style="display:block;overflow-x:auto"'
 
 
 def write_report(folder: SweepFolder, path: Path) -> Rate:
@@ -41,14 +50,17 @@ def write_report(folder: SweepFolder, path: Path) -> Rate:
     """
     table, spec = folder.table(), folder.spec
     maps = heat_maps(table, spec, [name for name in _MAPPED if name in table.columns])
-    figures = [*_rate_figures(table, spec), *(_map_figure(i, each) for i, each in enumerate(maps))]
+    figures = [*_rate_figures(table, spec), *drawn_figures(table, spec),
+               *(_map_figure(i, each) for i, each in enumerate(maps))]
     rate = overall(table)
+    interval = (f' (95 % interval {rate.low:.1%} to {rate.high:.1%})' if has_drawn_keys(spec)
+                else '')
     body = ''.join([
         f'<div class="verdict"><div class="stamp">{rate.rate:.1%}</div><div><h1>{_text(spec.name)}'
-        f'</h1><p>{_text(spec.question)}</p><p>{rate.successes} of {rate.runs} runs succeeded '
-        f'(95 % interval {rate.low:.1%} to {rate.high:.1%}).</p></div></div>\n',
+        f'</h1><p>{_text(spec.question)}</p><p>{rate.successes} of {rate.runs} runs succeeded'
+        f'{interval}. {_criterion(spec)}</p></div></div>\n',
         '<h2>Figures</h2>\n<div class="plots">', *(_box(figure) for figure in figures), '</div>\n',
-        _rates(table, spec), _worst(table, spec, folder.path),
+        _rates(table, spec), _runs(table, spec, folder.path),
         f'<h2>Specification</h2><pre>{_text(json.dumps(as_data(spec), indent=1))}'
         '</pre>',
     ])
@@ -57,21 +69,22 @@ def write_report(folder: SweepFolder, path: Path) -> Rate:
 
 
 def _rate_figures(table: polars.DataFrame, spec: SweepSpec) -> list[dict[str, Any]]:
-    figures = []
+    figures, random = [], has_drawn_keys(spec)
     for number, key in enumerate(discrete_keys(table, spec)):
         rates = rates_by(table, key)
         if len(rates) < 2:
             continue
         shares = [rate.rate for rate in rates.values()]
         figures.append({
-            'key': f'rate-{number}', 'x': key, 'y': 'success rate', 'log': False,
+            'key': f'rate-{number}', 'x': with_unit(key), 'y': 'success rate', 'log': False,
             'category': 'x',
-            'title': f'Success over {key}', 'caption': 'Bars: 95 % interval (Wilson).',
+            'title': f'Success over {key}',
+            'caption': 'Bars: 95 % interval (Wilson).' if random else 'Share of the runs.',
             'traces': [{
                 'type': 'scatter', 'mode': 'lines+markers', 'name': 'success rate',
                 'showlegend': False, 'x': _ticks(list(rates)), 'y': shares,
                 'error_y': {
-                    'type': 'data', 'symmetric': False,
+                    'type': 'data', 'symmetric': False, 'visible': random,
                     'array': [rate.high - rate.rate for rate in rates.values()],
                     'arrayminus': [rate.rate - rate.low for rate in rates.values()]},
             }]})
@@ -79,13 +92,17 @@ def _rate_figures(table: polars.DataFrame, spec: SweepSpec) -> list[dict[str, An
 
 
 def _map_figure(number: int, heat: HeatMap) -> dict[str, Any]:
-    limits = {'zmin': 0, 'zmax': 1} if heat.what == 'success rate' else {}
+    limits: dict[str, Any] = {'colorscale': LOW_IS_GOOD}
+    rate = heat.what == 'success rate'
+    if rate:
+        limits = {'zmin': 0, 'zmax': 1, 'colorscale': HIGH_IS_GOOD}
     return {
-        'key': f'map-{number}', 'x': heat.x, 'y': heat.y, 'log': False, 'category': 'xy',
-        'title': f'{heat.what} over {heat.x} and {heat.y}',
-        'caption': 'Mean of the runs in a cell.' if limits else 'Median of the runs in a cell.',
+        'key': f'map-{number}', 'x': with_unit(heat.x), 'y': with_unit(heat.y), 'log': False,
+        'category': 'xy',
+        'title': f'{with_unit(heat.what)} over {heat.x} and {heat.y}',
+        'caption': ('Mean' if rate else 'Median') + ' of the runs in a cell; blue is good.',
         'traces': [{'type': 'heatmap', 'x': _ticks(heat.x_values), 'y': _ticks(heat.y_values),
-                    'z': heat.z, 'colorscale': 'Viridis', 'hoverongaps': False, **limits}]}
+                    'z': heat.z, 'hoverongaps': False, **limits}]}
 
 
 def _ticks(values: list[Any]) -> list[str]:
@@ -98,26 +115,46 @@ def _box(figure: dict[str, Any]) -> str:
 
 
 def _rates(table: polars.DataFrame, spec: SweepSpec) -> str:
+    random = has_drawn_keys(spec)
+
+    def interval(rate: Rate) -> str:
+        return (f'<td class="number">{rate.low:.1%} to {rate.high:.1%}</td>' if random else '')
+
     rows = ''.join(
-        f'<tr><td>{_text(key)}</td><td>{_text(value)}</td><td class="number">{rate.successes} of '
-        f'{rate.runs}</td><td class="number">{rate.rate:.1%}</td>'
-        f'<td class="number">{rate.low:.1%} to {rate.high:.1%}</td></tr>\n'
+        f'<tr><td>{_text(with_unit(key))}</td><td>{_text(_short(value))}</td>'
+        f'<td class="number">{rate.successes} of {rate.runs}</td>'
+        f'<td class="number">{rate.rate:.1%}</td>'
+        f'{interval(rate)}</tr>\n'
         for key in discrete_keys(table, spec) for value, rate in rates_by(table, key).items())
     return ('<h2>Success rates</h2>\n<table><thead><tr><th>key</th><th>value</th><th>runs</th>'
-            f'<th>rate</th><th>95 % interval</th></tr></thead><tbody>{rows}</tbody></table>\n')
+            f'<th>rate</th>{"<th>95 % interval</th>" if random else ""}</tr></thead>'
+            f'<tbody>{rows}</tbody></table>\n')
 
 
-def _worst(table: polars.DataFrame, spec: SweepSpec, folder: Path) -> str:
+def _criterion(spec: SweepSpec) -> str:
+    """Return what counts as success."""
+    if not spec.success:
+        return 'Success: no check fails.'
+    limits = ', '.join(f'{with_unit(name)} at most {_short(limit)}'
+                       for name, limit in spec.success.items())
+    return _text(f'Success: {limits}.')
+
+
+def _runs(table: polars.DataFrame, spec: SweepSpec, folder: Path) -> str:
+    """Return the table of the runs, the worst first."""
     keys = [key for key in input_keys(spec) if key in table.columns]
-    head = ''.join(f'<th>{_text(name)}</th>' for name in
-                   ('run', *keys, 'status', 'largest error [rad]', 'why', 'repeat it'))
+    numbers = list(dict.fromkeys(
+        [name for name in (*spec.success, 'max_error') if name in table.columns]))
+    head = ''.join(f'<th>{_text(name)}</th>' for name in (
+        'run', *map(with_unit, keys), 'status', *map(with_unit, numbers), 'why', 'repeat it'))
     rows = ''.join(
         '<tr>' + ''.join(f'<td>{_text(cell)}</td>' for cell in (
             row['index'], *(_short(row[key]) for key in keys), row['status'],
-            _short(row.get('max_error')), row.get('why') or '',
+            *(_short(row.get(name)) for name in numbers), row.get('why') or '',
             repeat_command(folder, row['index']),
-        )) + '</tr>\n' for row in worst_runs(table))
-    return (f'<h2>Worst runs</h2>\n<table {_TABLE}><thead><tr>{head}</tr></thead>'
+        )) + '</tr>\n' for row in worst_runs(table, MOST_RUNS, spec.success))
+    more = f' (the worst {MOST_RUNS} of {table.height})' if table.height > MOST_RUNS else ''
+    return (f'<h2>Runs, the worst first{more}</h2>\n<table {_TABLE}><thead><tr>{head}</tr></thead>'
             f'<tbody>{rows}</tbody></table>\n')
 
 
@@ -127,4 +164,8 @@ def repeat_command(folder: Path, index: int) -> str:
 
 
 def _short(value: Any) -> str:
+    if isinstance(value, str) and value.startswith('['):  # as the table holds lists
+        value = json.loads(value)
+    if isinstance(value, list):
+        return ', '.join(map(_short, value))
     return f'{value:.4g}' if isinstance(value, float) else str(value)

@@ -234,6 +234,7 @@ def _missed(success: Mapping[str, float], row: Mapping[str, Any]) -> list[str]:
     for name, limit in success.items():
         value = row.get(name, row.get(f'{name}: value'))
         if value is None or not value <= limit:
-            missed.append(f'{name} is {value}, more than {limit:g}')
+            shown = 'not known' if value is None else f'{value:.4g}'
+            missed.append(f'{name} is {shown}, more than {limit:g}')
     return missed
 

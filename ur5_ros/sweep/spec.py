@@ -131,6 +131,11 @@ def is_random(axis: list | Axis) -> bool:
     return isinstance(axis, Axis) and axis.count is None
 
 
+def has_drawn_keys(spec: SweepSpec) -> bool:
+    """Return whether some key is drawn at random, so that rates have an interval."""
+    return any(is_random(axis) for axis in spec.vary.values())
+
+
 def _values(axis: list | Axis) -> list:
     if isinstance(axis, list):
         return axis

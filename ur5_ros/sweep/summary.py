@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import polars
@@ -107,13 +108,28 @@ def heat_maps(table: polars.DataFrame, spec: SweepSpec, numbers: list[str]) -> l
     return maps
 
 
-def worst_runs(table: polars.DataFrame, count: int = 10) -> list[dict[str, Any]]:
-    """Return the worst rows: those that did not succeed first, then by their largest error."""
-    if 'max_error' not in table.columns:
+def criterion_share(table: polars.DataFrame, success: Mapping[str, float]) -> polars.Series | None:
+    """Return each run's largest value as a share of its limit; None without limits to compare."""
+    names = [name for name, limit in success.items() if name in table.columns and limit > 0.0]
+    if not names:
+        return None
+    shares = [(polars.col(name).abs() / success[name]).fill_null(math.inf).fill_nan(math.inf)
+              for name in names]
+    return table.select(polars.max_horizontal(*shares).alias('share'))['share']
+
+
+def worst_runs(
+    table: polars.DataFrame, count: int = 10, success: Mapping[str, float] | None = None,
+) -> list[dict[str, Any]]:
+    """Return the worst rows: failures first, then by the criterion of success, then by error."""
+    share = criterion_share(table, success or {})
+    if share is None and 'max_error' in table.columns:
+        share = table['max_error'].fill_null(math.inf).fill_nan(math.inf)
+    if share is None:
         return table.sort('success', 'index').head(count).to_dicts()
-    error = polars.col('max_error').fill_null(math.inf).fill_nan(math.inf)
-    order = [polars.col('success'), error, polars.col('index')]
-    return table.sort(order, descending=[False, True, False]).head(count).to_dicts()
+    ranked = table.with_columns(share.alias('_share'))
+    return (ranked.sort('success', '_share', 'index', descending=[False, True, False])
+            .drop('_share').head(count).to_dicts())
 
 
 def _finite(value: float | None) -> float | None:

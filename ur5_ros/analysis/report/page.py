@@ -40,6 +40,11 @@ figcaption b { color: var(--ink); font-size: 0.98rem; }
 .plot { height: 330px; width: 100%; }
 .js-plotly-plot .plotly:focus-within .modebar--hover { opacity: 1; }
 :focus-visible { outline: 2px solid var(--ink); outline-offset: 2px; }
+th button { all: unset; cursor: pointer; } th button:focus-visible { outline: 2px solid; }
+th[aria-sort=ascending] button::after { content: ' \2191'; }
+th[aria-sort=descending] button::after { content: ' \2193'; }
+input[type=search] { font: inherit; color: var(--ink); background: var(--card);
+  border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; margin: 0 0 8px; }
 details { border-top: 1px solid var(--line); padding: 8px 0; }
 summary { cursor: pointer; } pre { overflow-x: auto; font-size: 0.8rem; }
 @media (max-width: 760px) {
@@ -110,6 +115,33 @@ async function unpack() {
   document.head.append(script);
 }
 unpack();
+// a table that can be sorted by its headers and filtered by words
+for (const table of document.querySelectorAll('table.sortable')) {
+  const body = table.tBodies[0];
+  const field = document.createElement('input');
+  field.type = 'search';
+  field.placeholder = 'filter rows';
+  field.setAttribute('aria-label', 'filter rows');
+  field.addEventListener('input', () => {
+    const words = field.value.toLowerCase();
+    for (const row of body.rows) row.hidden = !row.textContent.toLowerCase().includes(words);
+  });
+  table.before(field);
+  [...table.tHead.rows[0].cells].forEach((head, column) => {
+    const button = document.createElement('button');
+    button.textContent = head.textContent;
+    head.replaceChildren(button);
+    button.addEventListener('click', () => {
+      const down = head.getAttribute('aria-sort') === 'ascending';
+      for (const other of table.tHead.rows[0].cells) other.removeAttribute('aria-sort');
+      head.setAttribute('aria-sort', down ? 'descending' : 'ascending');
+      const key = (row) => row.cells[column].textContent;
+      const order = [...body.rows].sort((a, b) => key(a).localeCompare(
+        key(b), undefined, {numeric: true}) * (down ? -1 : 1));
+      body.append(...order);
+    });
+  });
+}
 let waiting = 0;
 const again = () => { if (window.Plotly) draw(); };
 addEventListener('resize', () => { clearTimeout(waiting); waiting = setTimeout(again, 120); });

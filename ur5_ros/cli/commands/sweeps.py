@@ -10,7 +10,14 @@ from ur5_ros.errors import InputError
 from ur5_ros.sweep.engine import run_sweep
 from ur5_ros.sweep.report import repeat_command, write_report
 from ur5_ros.sweep.run import check_success, plan_of, row_of
-from ur5_ros.sweep.spec import SweepSpec, altered, expand, load_sweep, number_of_runs
+from ur5_ros.sweep.spec import (
+    SweepSpec,
+    altered,
+    expand,
+    has_drawn_keys,
+    load_sweep,
+    number_of_runs,
+)
 from ur5_ros.sweep.summary import worst_runs
 from ur5_ros.sweep.table import SweepFolder, open_sweep
 
@@ -49,9 +56,12 @@ def report(folder: Path | None) -> int:
 def _report(folder: SweepFolder, screen: terminal.Console) -> int:
     path = folder.path / 'report.html'
     rate = write_report(folder, path)
-    screen.print(f'{rate.successes} of {rate.runs} runs succeeded: {rate.rate:.1%} '
-                 f'(95 % interval {rate.low:.1%} to {rate.high:.1%})', soft_wrap=True)
-    failures = [row for row in worst_runs(folder.table(), 3) if not row['success']]
+    interval = (f' (95 % interval {rate.low:.1%} to {rate.high:.1%})'
+                if has_drawn_keys(folder.spec) else '')
+    screen.print(f'{rate.successes} of {rate.runs} runs succeeded: {rate.rate:.1%}{interval}',
+                 soft_wrap=True)
+    worst = worst_runs(folder.table(), 3, folder.spec.success)
+    failures = [row for row in worst if not row['success']]
     for row in failures:
         screen.print(Text(f'run {row["index"]}: {row["status"]}: {row.get("why") or ""}'),
                      soft_wrap=True)

@@ -1,0 +1,70 @@
+"""Figures of keys that are drawn at random: scatter of the result, and parallel coordinates."""
+
+import json
+from typing import Any
+
+import polars
+
+from ur5_ros.analysis.report.palette import MEASURED, REFERENCE
+from ur5_ros.sweep.spec import SweepSpec, is_random
+from ur5_ros.sweep.units import with_unit
+
+#: Runs that a figure shows at most.
+MOST_POINTS = 5000
+
+
+def drawn_figures(table: polars.DataFrame, spec: SweepSpec) -> list[dict[str, Any]]:
+    """Return a scatter for each number that is drawn, and all of them side by side."""
+    result = next((name for name in (*spec.success, 'final_error', 'max_error')
+                   if name in table.columns), None)
+    columns = _numbers(table.head(MOST_POINTS), spec)
+    if result is None or not columns:
+        return []
+    values = table.head(MOST_POINTS)[result].to_list()
+    success = table.head(MOST_POINTS)['success'].to_list()
+    figures = [_scatter(number, key, drawn, result, values, success)
+               for number, (key, drawn) in enumerate(columns.items())]
+    if len(columns) > 1:
+        figures.append(_parallel(columns, result, values, success))
+    return figures
+
+
+def _numbers(table: polars.DataFrame, spec: SweepSpec) -> dict[str, list[float]]:
+    """Return what was drawn, number by number: a list of six becomes six columns."""
+    found: dict[str, list[float]] = {}
+    for key, axis in spec.vary.items():
+        if not is_random(axis) or key not in table.columns:
+            continue
+        values = [json.loads(value) if isinstance(value, str) else value
+                  for value in table[key].to_list()]
+        if values and isinstance(values[0], list):
+            for i in range(len(values[0])):
+                found[f'{with_unit(key)}, {i + 1}'] = [value[i] for value in values]
+        elif values and isinstance(values[0], int | float):
+            found[with_unit(key)] = values
+    return found
+
+
+def _scatter(number: int, key: str, drawn: list[float], result: str, values: list[Any],
+             success: list[bool]) -> dict[str, Any]:
+    traces = []
+    for good, name, colour in ((True, 'succeeded', MEASURED), (False, 'failed', REFERENCE)):
+        rows = [i for i, each in enumerate(success) if bool(each) is good]
+        if rows:
+            traces.append({'type': 'scatter', 'mode': 'markers', 'name': name,
+                           'x': [drawn[i] for i in rows], 'y': [values[i] for i in rows],
+                           'marker': {'color': colour, 'size': 5, 'opacity': 0.6}})
+    return {'key': f'drawn-{number}', 'x': key, 'y': with_unit(result), 'log': False,
+            'title': f'{result} over {key}', 'caption': 'A point a run.', 'traces': traces}
+
+
+def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
+              success: list[bool]) -> dict[str, Any]:
+    dimensions = [{'label': key, 'values': drawn} for key, drawn in columns.items()]
+    dimensions.append({'label': with_unit(result), 'values': values})
+    colour = [1.0 if each else 0.0 for each in success]
+    return {'key': 'parallel', 'x': '', 'y': '', 'log': False, 'title': 'All numbers drawn',
+            'caption': 'A line a run: blue succeeded, orange failed. Drag an axis to choose.',
+            'traces': [{'type': 'parcoords', 'dimensions': dimensions,
+                        'line': {'color': colour, 'cmin': 0.0, 'cmax': 1.0,
+                                 'colorscale': [[0.0, REFERENCE], [1.0, MEASURED]]}}]}
