@@ -13,7 +13,7 @@ from ur5_ros.launcher.node_processes import private_environment
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / 'benchmarks'
-WITHOUT_ROS = ('control', 'friction', 'loop_without_ros', 'sweep')
+WITHOUT_ROS = ('contact', 'control', 'friction', 'loop_without_ros', 'sweep')
 WITH_ROS = ('recording', 'start', 'lockstep', 'profile')
 
 
