@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
+from ur5_ros.config import SIM_PARAMETERS, arm_text, complete, load_arm
 from ur5_ros.config.worlds import load_world
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import gravity_torque, inertia_matrix
@@ -317,4 +317,18 @@ def test_the_empty_world_has_no_contact_and_no_shapes_that_touch():
     assert plant.mechanics.world is None and plant.contact_effort() == []
     assert '<collision>' not in urdf_text(arm)
     assert '<collision>' in urdf_text(arm, world=load_world('table'))
+    plant.close()
+
+
+def test_a_tool_in_the_arms_file_touches_where_the_world_has_none(plant_in, world_file, tmp_path):
+    arm = tmp_path / 'armed.yaml'
+    arm.write_text(arm_text('ur5') + 'tool:\n  - {shape: sphere, radius: 0.02, position: '
+                   '[0.0, 0.0, 0.05]}\n')
+    plant = plant_in(world_file(FLOOR), arm=load_arm(str(arm)), tool=(-0.5, -0.1, 0.1))
+    assert not plant.world.tool, 'a record has no shapes'
+    plant = Plant(load_arm(str(arm)), plant.parameters.replaced({'arm': str(arm)}))
+    assert [solid.shape for solid in plant.world.tool] == ['sphere']
+    for _ in range(400):
+        push(plant, (0.0, 0.0, -40.0))
+    assert forces(plant)[2] > 20.0
     plant.close()

@@ -7,6 +7,7 @@ import numpy as np
 import yaml
 
 from ur5_ros.config.records import Meta, Record, Six, Three, validate
+from ur5_ros.config.solids import Solid, check_tool
 from ur5_ros.config.strict_yaml import file_names, named_file, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import InputError
 from ur5_ros.model.calibration import transform
@@ -93,11 +94,22 @@ class _ArmFile(Record, frozen=True, kw_only=True):
     payload: _Payload = _Payload()
     calibration: _Calibration | None = None
     friction: _Friction = _Friction()
+    tool: list[Solid] = []
 
 
 def list_arms() -> list[str]:
     """Return the names of the arms that come with the package."""
     return file_names('arm')
+
+
+def arm_tool(name: str) -> list[Solid]:
+    """Return the shapes on the flange that an arm's file has, in ``tool0``; empty for none."""
+    text = arm_text(name)
+    if '\ntool:' not in text:
+        return []
+    tool = validate(_ArmFile, parse_yaml(text, name), name).tool
+    check_tool(tool, name)
+    return tool
 
 
 def arm_text(name: str) -> str:

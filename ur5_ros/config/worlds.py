@@ -5,45 +5,25 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
-import numpy as np
 
+from ur5_ros.config.arms import arm_tool
 from ur5_ros.config.node_parameters import SimParameters
-from ur5_ros.config.records import Meta, Record, Three, validate
+from ur5_ros.config.records import Meta, Record, validate
+from ur5_ros.config.solids import Size, Solid, base_pose, check_shape
 from ur5_ros.config.strict_yaml import file_names, named_file, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import InputError
-from ur5_ros.model.rotations import rotation_of_rpy
+
+__all__ = ['EMPTY', 'NOTHING', 'Body', 'Solid', 'World', 'base_pose', 'list_worlds', 'load_world',
+           'parse_world', 'with_contact', 'world_from', 'world_text']
 
 #: The world without anything in it.
 EMPTY = 'empty'
 
-Size = Annotated[float, Meta(gt=0.0, le=100.0)]
 Name = Annotated[str, Meta(pattern=r'^[A-Za-z0-9_]{1,60}$')]
 NotNegative = Annotated[float, Meta(ge=0.0)]
 
-#: What each shape needs to be said.
-_NEEDS = {'plane': (), 'box': ('size',), 'sphere': ('radius',), 'cylinder': ('radius', 'length'),
-          'mesh': ('file',)}
 #: What parameters may replace in every body.
 _REPLACED = ('friction', 'restitution', 'stiffness', 'damping')
-_GEOMETRY = ('size', 'radius', 'length', 'file')
-
-
-class Solid(Record, frozen=True, kw_only=True):
-    """A shape at a place: of the tool in ``tool0``, of a body in the frame of the world."""
-
-    shape: Literal['box', 'sphere', 'cylinder', 'plane', 'mesh']
-    position: Three = msgspec.field(default_factory=lambda: [0.0] * 3)
-    """Of its centre [m]."""
-    rpy_degrees: Three = msgspec.field(default_factory=lambda: [0.0] * 3)
-    """Roll, pitch, yaw."""
-    size: Annotated[list[Size], Meta(min_length=3, max_length=3)] = []
-    """Edges of a box [m]."""
-    radius: Size = 0.0
-    """Of a sphere or a cylinder [m]."""
-    length: Size = 0.0
-    """Of a cylinder, along its z [m]."""
-    file: str = ''
-    """Of a mesh: OBJ or STL, relative to the world's file."""
 
 
 class Body(Solid, frozen=True, kw_only=True):
@@ -96,7 +76,12 @@ class World(Record, frozen=True, kw_only=True):
     frame: Literal['base', 'base_link'] = 'base'
     """In which the poses of the bodies are given."""
     tool: list[Solid] = []
-    """Shapes fixed to the flange, in ``tool0``; without mass (``payload.mass`` gives it one)."""
+    """
+    Shapes fixed to the flange, in ``tool0``, without mass (``payload.mass`` gives it one).
+
+    Those of the arm's file if there are none.
+
+    """
     self_contact: bool = False
     """Whether links of the arm that are three or more joints apart touch each other."""
     bodies: Annotated[list[Body], Meta(max_length=64)] = []
@@ -160,7 +145,7 @@ def load_world(name: str) -> World:
 
 def world_from(parameters: SimParameters) -> World:
     """
-    Return the world of a run, as ``world`` and ``contact.*`` of the simulator say.
+    Return the world of a run, as ``world``, ``contact.*`` and ``arm`` of the simulator say.
 
     Raises
     ------
@@ -168,7 +153,8 @@ def world_from(parameters: SimParameters) -> World:
         As :func:`load_world`.
 
     """
-    return with_contact(load_world(parameters.world), parameters.by_name())
+    world = with_contact(load_world(parameters.world), parameters.by_name())
+    return world if world.tool else msgspec.structs.replace(world, tool=arm_tool(parameters.arm))
 
 
 def with_contact(world: World, parameters: Mapping[str, Any]) -> World:
@@ -194,24 +180,6 @@ def parse_world(text: str, source: str) -> World:
     return _world(parse_yaml(text, source), source, None) if text else NOTHING
 
 
-def base_pose(solid: Solid, frame: str = 'base') -> np.ndarray:
-    """
-    Return the pose of a shape in the frame it stands in, (4, 4); of bodies in ``base``.
-
-    Parameters
-    ----------
-    solid : Solid
-        A shape.
-    frame : str
-        ``base``, or ``base_link``, which is ``base`` turned by Rz(pi).
-
-    """
-    pose = np.eye(4)
-    pose[:3, :3] = rotation_of_rpy(*np.deg2rad(solid.rpy_degrees))
-    pose[:3, 3] = solid.position
-    return np.diag([-1.0, -1.0, 1.0, 1.0]) @ pose if frame == 'base_link' else pose
-
-
 def _world(data: Any, source: str, folder: Path | None) -> World:
     world = validate(World, data, source)
     names = [body.name for body in world.bodies]
@@ -219,24 +187,14 @@ def _world(data: Any, source: str, folder: Path | None) -> World:
         where = f'{source}: body {body.name}'
         if body.name in names[:i]:
             raise InputError(f'{where}: the name is there twice; give each body its own')
-        _check_shape(body, where)
+        check_shape(body, where)
         _check_mass(body, where)
     for i, solid in enumerate(world.tool):
-        _check_shape(solid, f'{source}: tool shape {i + 1}')
+        check_shape(solid, f'{source}: tool shape {i + 1}')
         if solid.shape in ('plane', 'mesh'):
             raise InputError(f'{source}: tool shape {i + 1} is a {solid.shape}; give sphere, '
                           'cylinder or box')
     return world if folder is None else _with_files(world, folder, source)
-
-
-def _check_shape(solid: Solid, where: str) -> None:
-    needs = _NEEDS[solid.shape]
-    for key in needs:
-        if not getattr(solid, key):
-            raise InputError(f'{where}: a {solid.shape} needs {key}')
-    for key in _GEOMETRY:
-        if key not in needs and getattr(solid, key):
-            raise InputError(f'{where}: a {solid.shape} has no {key}; leave it out')
 
 
 def _check_mass(body: Body, where: str) -> None:
