@@ -131,6 +131,21 @@ def test_no_color_is_respected_on_a_terminal(short_run, tmp_path):
     assert '\x1b[' not in on_a_terminal({'NO_COLOR': '1'}, 'urdf', '--arm', 'ur6')
 
 
+@pytest.mark.parametrize('arguments', [
+    ('validate', 'GOLDEN', '--kp', '11'), ('validate', 'GOLDEN', '--control-arm', 'ur5_real'),
+    ('compare', 'GOLDEN', 'SHORT'), ('arm',), ('experiments',)], ids=lambda words: ' '.join(words))
+def test_sentences_wrap_at_blanks_in_eighty_columns(repo, short_run, arguments):
+    folders = {'GOLDEN': str(repo / 'bags/golden'), 'SHORT': str(short_run)}
+    words = [folders.get(word, word) for word in arguments]
+    text = on_a_terminal({'NO_COLOR': '1', 'COLUMNS': '80'}, *words)
+    plain = re.sub(r'\x1b\[[^A-Za-z]*[A-Za-z]', '', text).replace('\r\n', '\n')
+    # a progress bar goes back to the start of its line
+    long = [line for line in plain.replace('\r', '\n').splitlines() if len(line.rstrip()) > 80
+            and not any(folder in line for folder in folders.values())]
+    assert not long
+    assert len(plain.splitlines()) > 3
+
+
 def test_a_progress_bar_is_drawn_on_a_terminal_alone(ur5, short_run, tmp_path):
     picture = 'from ur5_ros.cli.terminal import progress\nwith progress("drawing", 1.0): pass'
     assert 'drawing' in on_a_terminal({}, script=picture)

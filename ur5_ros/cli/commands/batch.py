@@ -62,7 +62,8 @@ def _show(judgements: list[Judgement]) -> None:
         good = judgement.verdict == PASS
         out.print(Text.assemble(f'{judgement.folder}: ',
                                 (judgement.verdict, 'green' if good else 'bold red'),
-                                '' if good else f'  {_first(judgement.why)}'), soft_wrap=True)
+                                '' if good else f'  {_first(judgement.why)}'),
+                  soft_wrap=not out.is_terminal)
     passed = sum(judgement.verdict == PASS for judgement in judgements)
     out.print(f'{passed} of {len(judgements)} runs passed')
 

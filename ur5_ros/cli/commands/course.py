@@ -18,7 +18,7 @@ def grade_file(exercise: str, file: Path, seed: int, json: Path | None) -> int:
         words = f'{mark.points:g}/{mark.of:g}  {mark.line}'
         words += f': {mark.reason}' if mark.reason else ''
         words += f' - {mark.mistake}' if mark.mistake else ''
-        screen.print(Text(words), soft_wrap=True)
+        terminal.show_text(screen, words)
     screen.print(Text(f'{found.points:g} of {sum(mark.of for mark in found.marks):g} points'),
                  soft_wrap=True)
     write_json(as_data(found), json)

@@ -98,7 +98,7 @@ def _payload_alone(loaded: Run | None, arm: ArmParameters | None, json: Path | N
     if loaded is None:
         raise InputError('no run given; give one or more, or --payload RUN')
     found = identify_payload(loaded, arm)
-    terminal.console().print(Text(found.sentence()), soft_wrap=True)
+    terminal.show_text(terminal.console(), found.sentence())
     if json is not None:
         write_json({'format': 'ur5_ros identification', 'version': 1,
                     'payload': found.to_plain()}, json)
@@ -121,4 +121,4 @@ def _show(found: Identified) -> None:
             found.torque_rms, found.test_rms, found.test_max)))
     screen.print(joints)
     for sentence in found.sentences():
-        screen.print(Text(sentence), soft_wrap=True)
+        terminal.show_text(screen, sentence)

@@ -100,12 +100,12 @@ def compare(run_a: Path, run_b: Path, json: Path | None, given: Mapping[str, Any
     verdicts = [validate_run(run, marks).verdict for run in (a, b)]
     out = terminal.console()
     for difference in found.differences:
-        out.print(_in_words(difference), soft_wrap=True)
+        terminal.show_text(out, _in_words(difference))
     for count, run in ((found.only_a, a), (found.only_b, b)):
         if count:
             out.print(f'{count} states only in {run.name}', soft_wrap=True)
     for name, (left, right) in found.parameters.items():
-        out.print(f'{name}: {left} and {right}', soft_wrap=True, markup=False)
+        terminal.show_text(out, f'{name}: {left} and {right}')
     out.print(f'verdicts: {verdicts[0]} and {verdicts[1]}')
     if found.identical:
         out.print('the same run, to the last bit')

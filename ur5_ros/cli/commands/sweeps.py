@@ -63,8 +63,8 @@ def _report(folder: SweepFolder, screen: terminal.Console) -> int:
     worst = worst_runs(folder.table(), 3, folder.spec.success)
     failures = [row for row in worst if not row['success']]
     for row in failures:
-        screen.print(Text(f'run {row["index"]}: {row["status"]}: {row.get("why") or ""}'),
-                     soft_wrap=True)
+        terminal.show_text(
+            screen, f'run {row["index"]}: {row["status"]}: {row.get("why") or ""}')
         screen.print(Text(f'  {repeat_command(folder.path, row["index"])}'), soft_wrap=True)
     screen.print(Text(f'report: {path}'), soft_wrap=True)
     return YES
