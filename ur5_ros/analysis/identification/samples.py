@@ -68,18 +68,18 @@ def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
     noisy = run.truth is not None or run.noisy
     if run.follows_reference:
         time, motion = run.t, [*run.required_reference, run.states.effort]
-        speed, keep = run.required_reference.qd, slice(None)
+        speed, current = run.required_reference.qd, run.current
         whole = np.isfinite(np.hstack(motion)).all(axis=1)
         q, qd, qdd, effort = motion
     else:
-        time, q, qd, qdd, speed, effort = _between_states(run)
-        keep = slice(0, -1)
+        time, q, qd, qdd, speed = _between_states(run)
+        effort = _acting(run, run.states.effort)
+        current = None if run.current is None else _acting(run, run.current)
         whole = np.isfinite(np.hstack([q, qd, qdd, effort])).all(axis=1) & _follow(run)
     if _is_of_standing_reference(run):
         qd, qdd, speed = np.zeros_like(qd), np.zeros_like(qdd), np.zeros_like(speed)
     exact = not noisy and run.substeps == 1
     slow = SLOW_EXACT if exact else SLOW
-    current = None if run.current is None else run.current[keep]
     parts = []
     for rows in _stretches(whole):
         v = speed[rows]
@@ -111,21 +111,24 @@ def _is_of_standing_reference(run: Run) -> bool:
 
 
 def _between_states(run: Run):
-    """Return time, q, qd, qdd, friction's speed and effort of each period, (n - 1, 6)."""
-    q, qd, effort = run.states
+    """Return time, q, qd, qdd and friction's speed of each period, (n - 1, 6)."""
+    q, qd, _ = run.states
     if run.substeps:
         # Of n steps the mean begins (n - 1)/2n into the period; friction is at the end of each.
         begin, end = ((run.substeps + sign) / (2.0 * run.substeps) for sign in (-1, 1))
-        torque = effort[1:]
     else:
         begin = end = 0.5
-        torque = 0.5 * (effort[:-1] + effort[1:])
     seconds = np.diff(run.stamp) * 1e-9
     if run.sim is not None:
         seconds = np.full(len(seconds), run.h)
     with np.errstate(divide='ignore', invalid='ignore'):
         qdd = np.diff(qd, axis=0) / seconds[:, None]
-    return (run.t[:-1], _between(q, begin), _between(qd, begin), qdd, _between(qd, end), torque)
+    return run.t[:-1], _between(q, begin), _between(qd, begin), qdd, _between(qd, end)
+
+
+def _acting(run: Run, values: np.ndarray) -> np.ndarray:
+    """Return what acted in each period; a plant's bag has it with the state that ends it."""
+    return values[1:] if run.substeps else _between(values, 0.5)
 
 
 def _between(values: np.ndarray, share: float) -> np.ndarray:
