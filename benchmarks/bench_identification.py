@@ -220,7 +220,9 @@ def side_by_side(folder: Path, given) -> tuple[list[Row], dict[str, Any]]:
                 f'{RATE} Hz')]
     if 'mujoco' in taken:
         rows.append(Row('mujoco[sysid], processor time', 'identify', ratio(
-            taken, 'mujoco', 'here'), 10.0, True))
+            taken, 'mujoco', 'here'), 10.0, True,
+            f'{min(taken["mujoco"]):.0f} s in at most {ITERATIONS} iterations, pieces of '
+            f'{PIECE:g} s'))
         rows += [Row(f'error of {what}, identify', 'mujoco[sysid]',
                      errors['here'][what] / errors['mujoco'][what], 1.0, False,
                      f'{errors["here"][what]:.2g} and {errors["mujoco"][what]:.2g} {unit}')
