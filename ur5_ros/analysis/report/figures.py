@@ -72,7 +72,7 @@ def figures(result: Result) -> list[Figure]:
             'energy', 'Energy balance', 'Energy that the arm gained minus work done on it; a '
             'passive arm keeps it at zero or below.',
             [curve(run.t[1:], series['surplus'], 'surplus', COLOURS[0])], 'energy [J]'))
-    return found + _timing_figures(series)
+    return found + _contact_figures(series) + _timing_figures(series)
 
 
 def curve(t, values, name: str, colour: str, dash: str = 'solid', width: float = 1.6) -> dict:
@@ -243,6 +243,19 @@ def _residual_figures(series) -> list[Figure]:
                             'rounding if model and plant agree.', traces, '|residual| [N m]',
                             log=True))
     return found
+
+
+def _contact_figures(series) -> list[Figure]:
+    if 'observer' not in series:
+        return []
+    run, (estimate, recorded) = series['run'], series['observer']
+    traces = []
+    for i, name in enumerate(JOINT_NAMES):
+        traces += [curve(run.t, recorded[:, i], name, COLOURS[i]),
+                   curve(run.t, estimate[:, i], f'{name}, estimated', COLOURS[i], 'dot')]
+    return [Figure('contact', 'Torque of contact', 'Joint torque of all contacts as it was '
+                   'recorded, and as the momentum observer estimates it from motion and motor '
+                   'torque; both through the same filter.', traces, 'torque [N m]', wide=True)]
 
 
 def _timing_figures(series) -> list[Figure]:
