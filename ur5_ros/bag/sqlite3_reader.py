@@ -56,9 +56,9 @@ class Sqlite3Reader:
         connection = self._connect()
         try:
             columns = {row[1] for row in connection.execute('PRAGMA table_info(topics)')}
-            wanted = ['id', 'name', 'type', 'serialization_format', 'offered_qos_profiles',
+            read_columns = ['id', 'name', 'type', 'serialization_format', 'offered_qos_profiles',
                       'type_description_hash']
-            chosen = ', '.join(name if name in columns else "''" for name in wanted)
+            chosen = ', '.join(name if name in columns else "''" for name in read_columns)
             rows = connection.execute(f'SELECT {chosen} FROM topics').fetchall()
             definitions = self._read_definitions(connection)
         finally:

@@ -33,10 +33,10 @@ def craig_pose(q: np.ndarray) -> np.ndarray:
 
 def printed_pose(q: np.ndarray) -> np.ndarray:
     """Return the pose with the position of the paper's eq. (2), which lacks s5 beside d6."""
-    pose, lacking = forward_kinematics(q, ARM), 1.0 - np.sin(q[4])
+    pose, deficit = forward_kinematics(q, ARM), 1.0 - np.sin(q[4])
     q234 = q[1] + q[2] + q[3]
     along = np.array([np.cos(q[0]) * np.cos(q234), np.sin(q[0]) * np.cos(q234)])
-    pose[:2, 3] -= ARM.d[5] * along * lacking
+    pose[:2, 3] -= ARM.d[5] * along * deficit
     return pose
 
 

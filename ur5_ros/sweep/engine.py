@@ -58,12 +58,12 @@ def _run_the_rest(
     if len(done) == number_of_runs(spec):
         return
     bags = str((folder.path / 'bags').absolute()) if spec.keep != 'none' else None
-    patience = WORKER_TIMEOUT
+    timeout = WORKER_TIMEOUT
     with cluster(scheduler, workers) as address:
         while len(done) < number_of_runs(spec):
             todo = (run for run in expand(spec) if run.number not in done)
-            with connected(address, patience) as client:
-                patience = RETRY_TIMEOUT
+            with connected(address, timeout) as client:
+                timeout = RETRY_TIMEOUT
                 for rows in map_batches(client, run_batch, (spec, bags), todo, batch_size(spec),
                                         lost_row):
                     folder.add(rows)

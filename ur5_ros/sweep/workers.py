@@ -79,7 +79,7 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
 
 
 @contextmanager
-def connected(address: str, patience: float = WORKER_TIMEOUT) -> Iterator[Client]:
+def connected(address: str, timeout: float = WORKER_TIMEOUT) -> Iterator[Client]:
     """
     Yield a client of the scheduler at an address.
 
@@ -87,7 +87,7 @@ def connected(address: str, patience: float = WORKER_TIMEOUT) -> Iterator[Client
     ----------
     address : str
         Such as ``tcp://host:8786``.
-    patience : float
+    timeout : float
         Wall-clock time that it gets to answer [s].
 
     Raises
@@ -97,14 +97,14 @@ def connected(address: str, patience: float = WORKER_TIMEOUT) -> Iterator[Client
 
     """
     try:
-        kind = asyncio.run(asyncio.wait_for(_kind(address, patience), patience))
+        kind = asyncio.run(asyncio.wait_for(_kind(address, timeout), timeout))
     except Exception as error:  # another program may answer with anything
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f'no Dask scheduler answers at {address} ({reason}); start one with '
                          '"dask scheduler", or leave --scheduler out') from None
     if kind != 'Scheduler':
         raise InputError(f'a Dask {kind} answers at {address}; give the address of its scheduler')
-    client = Client(address, timeout=patience, set_as_default=False)
+    client = Client(address, timeout=timeout, set_as_default=False)
     try:
         yield client
     finally:
@@ -169,9 +169,9 @@ def map_batches(
             ended.add(submit(more))
 
 
-async def _kind(address: str, patience: float) -> str:
+async def _kind(address: str, timeout: float) -> str:
     """Return what it is that answers at an address."""
-    comm = await connect(address, timeout=patience,
+    comm = await connect(address, timeout=timeout,
                          **Security().get_connection_args('client'))
     try:
         await comm.write({'op': 'identity'})

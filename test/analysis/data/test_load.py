@@ -190,7 +190,7 @@ def test_a_bag_of_another_robot_is_refused(tmp_path):
         topic = writer.topic(STATES, JOINTS)
         for k in range(1, 50):
             writer.write(topic, k, codec.encode(k * 1000, np.zeros(6), np.zeros(6), np.zeros(6)))
-    with pytest.raises(InputError, match='panda_joint1.*wanted are shoulder_pan_joint'):
+    with pytest.raises(InputError, match='panda_joint1.*needed are shoulder_pan_joint'):
         load_run(tmp_path / 'panda')
 
 

@@ -93,11 +93,11 @@ def foreign_rows(columns: Columns, path: Path, counts: dict[str, int], problems:
     has_effort = _has_effort(effort, remarks)
     fields = [position, *([velocity] if has_velocity else []), *([effort] if has_effort else [])]
     good = np.isfinite(np.hstack(fields)).all(axis=1) & (stamp > 0)
-    lacking = ~good & np.isfinite(position).all(axis=1) & np.any(
+    incomplete = ~good & np.isfinite(position).all(axis=1) & np.any(
         [np.isnan(field).all(axis=1) for field in fields], axis=0)
-    _count(remarks, stamp, lacking, 'are of another source that interleaves: they lack a field '
+    _count(remarks, stamp, incomplete, 'are of another source that interleaves: they lack a field '
            'that the others have')
-    _count(remarks, stamp, ~good & ~lacking & (stamp > 0), 'hold what is no number')
+    _count(remarks, stamp, ~good & ~incomplete & (stamp > 0), 'hold what is no number')
     rows = rows[good[rows]]
     rows = _first_of_each(stamp, rows, counts, remarks)
     if len(rows) < 2:
@@ -157,9 +157,9 @@ def _is_measured(values: np.ndarray, field: str, remarks: list[str]) -> bool:
     share = np.isfinite(values).mean(axis=0)
     if (share > MEASURED).all():
         return True
-    lacking = [joint for joint, part in zip(JOINT_NAMES, share, strict=True) if part <= MEASURED]
-    if len(lacking) < 6:
-        remarks.append(f'no {field} of {", ".join(lacking)} is measured')
+    missing = [joint for joint, part in zip(JOINT_NAMES, share, strict=True) if part <= MEASURED]
+    if len(missing) < 6:
+        remarks.append(f'no {field} of {", ".join(missing)} is measured')
     return False
 
 

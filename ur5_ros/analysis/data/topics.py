@@ -229,7 +229,7 @@ class _Search:
         names = [form.names for form in self.forms(topic, _JOINT_STATE) if form.names]
         shown = ', '.join(names[0][:7]) if names else '-'
         return (f'{bag.path}: {topic} names the joints {shown}; '
-                f'wanted are {", ".join(JOINT_NAMES)}, with a common prefix or none')
+                f'needed are {", ".join(JOINT_NAMES)}, with a common prefix or none')
 
     def _prefix(self, topic: str) -> str:
         """Return the prefix of the joint names on a topic."""
@@ -237,12 +237,12 @@ class _Search:
         for form, count in self.forms(topic, _JOINT_STATE).items():
             for prefix in prefixes_of(form.names):
                 counts[prefix] += count
-        wanted = self._options.joint_prefix
-        if wanted is not None:
-            if wanted not in counts:
-                raise InputError(f'{self._bag.path}: no joints with the prefix {wanted!r} on '
+        given = self._options.joint_prefix
+        if given is not None:
+            if given not in counts:
+                raise InputError(f'{self._bag.path}: no joints with the prefix {given!r} on '
                                  f'{topic}; the prefixes there are: {quoted(counts) or "none"}')
-            return wanted
+            return given
         if not counts:
             raise InputError(self._no_joints())
         if len(counts) > 1:
@@ -279,8 +279,8 @@ class _Search:
 
     def _holds(self, topic: str, role: str, prefix: str) -> bool:
         """Return whether messages of a topic hold the columns of a role, filled."""
-        wanted, fields = set(_columns(role, prefix) or ()), set(ROLE_FIELDS[role])
-        return any(wanted <= set(form.names) and fields <= form.fields
+        columns, fields = set(_columns(role, prefix) or ()), set(ROLE_FIELDS[role])
+        return any(columns <= set(form.names) and fields <= form.fields
                    for form in self.forms(topic, _TYPES[role]))
 
 

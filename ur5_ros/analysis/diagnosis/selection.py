@@ -21,7 +21,7 @@ REACH = 1.0
 
 #: A gravity whose size is not none, once or twice the arm's, within this share of it, must leave
 #: this many times less than another cause does; less than that share does not count.
-USUAL, ODD, NEGLIGIBLE = 0.05, 10.0, 1e-9
+COMMON, ODD, NEGLIGIBLE = 0.05, 10.0, 1e-9
 
 #: Singular values under this share of the largest are rounding; and the part of a parameter that
 #: may lie along them.
@@ -179,7 +179,7 @@ def _effective_left(found: Fit, causes: Causes) -> float:
     size = float(np.linalg.norm(
         causes.arm.gravity + found.value[found.part('gravity', causes)]))
     times = size / max(float(np.linalg.norm(causes.arm.gravity)), 1e-300)
-    return left if min(abs(times - n) for n in (0, 1, 2)) < USUAL else ODD * left
+    return left if min(abs(times - n) for n in (0, 1, 2)) < COMMON else ODD * left
 
 
 def _is_significant(without: Fit, with_: Fit, causes: Causes, least: float) -> bool:

@@ -228,10 +228,10 @@ def _fit(rows: Rows, base: BaseParameters, features: np.ndarray, chosen: Sequenc
 
 
 def _determined(estimate: Estimate, base: BaseParameters, arm: ArmParameters) -> np.ndarray:
-    """Return which base parameters the motion determines, better than to their usual size."""
+    """Return which base parameters the motion determines, better than to their typical size."""
     count = len(base.columns)
-    usual = np.abs(base.combination) @ typical_sizes(arm)
-    determined = estimate.determined[:count] & (estimate.error[:count] < usual)
+    typical = np.abs(base.combination) @ typical_sizes(arm)
+    determined = estimate.determined[:count] & (estimate.error[:count] < typical)
     if determined.mean() < LEAST:
         lost = [name for name, known in zip(base.names, determined, strict=True) if not known]
         raise InputError(

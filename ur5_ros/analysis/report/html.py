@@ -46,9 +46,9 @@ def html_text(result: Result) -> str:
 
     """
     plots = figures(result)
-    glance = [plot for plot in plots if plot.first]
+    first = [plot for plot in plots if plot.first]
     rest = [plot for plot in plots if not plot.first]
-    body = ''.join([_verdict(result), _causes(result), figure_section('The run', glance),
+    body = ''.join([_verdict(result), _causes(result), figure_section('The run', first),
                     _checks(result), figure_section('Figures', rest), _details(result)])
     return html_document(f'{result.headline}: {result.run}', body,
                          [figure_data(figure) for figure in plots], _marks(result))

@@ -38,7 +38,7 @@ class CheckedLaw:
     def __call__(self, state: ArmState, q_before: np.ndarray, reference: Reference,
                  torque_before: np.ndarray, largest_change: float) -> tuple[np.ndarray, int]:
         """Return the torque with its parts, and which bounds it or the state exceeds."""
-        code = 0 if self._believed(state, q_before) else kernel.STATE
+        code = 0 if self._plausible(state, q_before) else kernel.STATE
         if code and state.q is not q_before:
             return np.zeros((5, 6)), code  # asked again, once it is known what to do with it
         if not (np.isfinite(state.q).all() and np.isfinite(state.qd).all()):
@@ -55,7 +55,7 @@ class CheckedLaw:
             code |= kernel.RATE
         return parts, code
 
-    def _believed(self, state: ArmState, q_before: np.ndarray) -> bool:
+    def _plausible(self, state: ArmState, q_before: np.ndarray) -> bool:
         limits = self._limits
         return bool((np.abs(state.q - q_before) <= self._jump).all()
                     and (limits.lower <= state.q).all() and (state.q <= limits.upper).all()

@@ -122,10 +122,10 @@ def _check_middleware(name: str) -> None:
         _load_middleware(writable)
     os.close(writable)
     with open(readable, 'rb') as pipe:
-        said = pipe.read().decode(errors='replace')
+        output = pipe.read().decode(errors='replace')
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if code != 0:
-        found = re.search(r"instead found '(\w+)'", said)
+        found = re.search(r"instead found '(\w+)'", output)
         there = f' (there is {found[1]})' if found else ''
         raise InputError(f'RMW_IMPLEMENTATION is {name!r}, a middleware that is not installed'
                          f'{there}; install it, or unset RMW_IMPLEMENTATION')

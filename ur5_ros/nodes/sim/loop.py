@@ -39,7 +39,7 @@ class SimLoop:
         self._inputs = inputs
         self._gate = gate
         self._lockstep = parameters.lockstep
-        self._patience = min(POLL_PERIOD, parameters.lockstep_timeout or POLL_PERIOD)
+        self._longest_wait = min(POLL_PERIOD, parameters.lockstep_timeout or POLL_PERIOD)
         self._wait = 0.0
         self._reminded = 0.0
 
@@ -76,7 +76,7 @@ class SimLoop:
     def _time_to_wait(self, decision: Decision) -> float:
         """Return the longest wait [s] for the next message."""
         if decision.step:
-            return self._patience if self._lockstep and decision.command is not None else 0.0
+            return self._longest_wait if self._lockstep and decision.command is not None else 0.0
         if decision.wake is None:
             return POLL_PERIOD
         return min(max(decision.wake - time.monotonic(), 0.0), POLL_PERIOD)

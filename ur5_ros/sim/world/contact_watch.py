@@ -27,7 +27,7 @@ class ContactWatch:
     """
 
     def __init__(self, control_rate: int):
-        self._patience = max(1, round(QUIET * control_rate))
+        self._quiet_periods = max(1, round(QUIET * control_rate))
         self._quiet: dict[tuple[str, str], int] = {}
 
     def clear(self) -> None:
@@ -71,7 +71,7 @@ class ContactWatch:
             self._quiet[pair] = 0
         for pair in [pair for pair in self._quiet if pair not in felt]:
             self._quiet[pair] += 1
-            if self._quiet[pair] >= self._patience:
+            if self._quiet[pair] >= self._quiet_periods:
                 del self._quiet[pair]
                 reports.append((f'{pair[0]} and {pair[1]} have parted', {
                     'bodies': list(pair), 'active': False}))
