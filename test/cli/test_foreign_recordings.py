@@ -37,6 +37,24 @@ def test_validate_all_goes_on_after_a_run_that_cannot_be_judged(ur5, plain, shor
     assert ur5('validate', '--all', 'runs', '--arm', 'ur5e').code == 0
 
 
+def test_validate_all_takes_unrelated_files_of_a_folder_one_by_one(ur5, plain, tmp_path):
+    (tmp_path / 'loose').mkdir()
+    for name in ('monday.mcap', 'tuesday.mcap'):
+        shutil.copy(next(plain.glob('*.mcap')), tmp_path / 'loose' / name)
+    judged = ur5('validate', '--all', 'loose', '--arm', 'ur5e')
+    assert judged.code == 0 and '2 of 2 runs passed' in judged.out
+    assert ur5('validate', 'loose/monday.mcap', '--arm', 'ur5e').code == 0
+
+
+def test_identify_refuses_an_effort_that_is_no_torque_and_names_the_option(ur5, tmp_path):
+    made = motion()
+    write_bag(tmp_path / 'amperes', {'/joint_states': arm_messages(made.with_(
+        effort=made.effort / 12.0))})
+    refused = ur5('identify', 'amperes', '--arm', 'ur5e')
+    assert refused.code == 2 and '--effort current' in refused.err
+    assert refused.err.count('\n') == 1
+
+
 def test_render_and_compare_take_the_arm_of_a_bag_that_does_not_state_it(ur5, plain, tmp_path):
     assert ur5('render', str(plain), '-o', 'a.png').code == 2
     assert ur5('render', str(plain), '--arm', 'ur5e', '-o', 'a.png').code == 0

@@ -19,11 +19,29 @@ def runs_below(folder: Path) -> list[Path]:
     """
     Return the run folders at or below ``folder``, in order of their names.
 
-    A run is a folder with a bag in it, or with a folder ``sim`` or ``control`` with one.
+    A run is a folder with a bag in it, or with a folder ``sim`` or ``control`` with one; without
+    metadata.yaml, files that are not numbered in a row are recordings of their own.
 
     """
-    bags = {path.parent for pattern in ('*.mcap', '*.db3') for path in folder.rglob(pattern)}
-    return sorted({bag.parent if bag.name in ('sim', 'control') else bag for bag in bags})
+    files: dict[Path, list[Path]] = {}
+    for pattern in ('*.mcap', '*.db3'):
+        for path in folder.rglob(pattern):
+            files.setdefault(path.parent, []).append(path)
+    runs: set[Path] = set()
+    for bag, found in files.items():
+        if bag.name in ('sim', 'control'):
+            runs.add(bag.parent)
+        elif len(found) == 1 or (bag / 'metadata.yaml').is_file() or _are_numbered(found):
+            runs.add(bag)
+        else:
+            runs.update(found)
+    return sorted(runs)
+
+
+def _are_numbered(files: list[Path]) -> bool:
+    """Return whether files are the parts of one bag: ``name_0``, ``name_1``, ..."""
+    stems = {file.stem.rpartition('_')[0] for file in files}
+    return len(stems) == 1 and all(file.stem.rpartition('_')[2].isdecimal() for file in files)
 
 
 def validate_all(

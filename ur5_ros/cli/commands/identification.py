@@ -8,6 +8,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from ur5_ros.analysis.checks.foreign import effort_check
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.arm_file import write_arm
@@ -17,6 +18,7 @@ from ur5_ros.analysis.identification.excitation_files import refuse_existing, wr
 from ur5_ros.analysis.identification.identify import Identified, identify_payload
 from ur5_ros.analysis.identification.identify import identify as fit
 from ur5_ros.analysis.identification.trial import trial_errors
+from ur5_ros.analysis.result import FAIL
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
 from ur5_ros.cli.json_file import write_json
@@ -24,6 +26,7 @@ from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.sweep.batch_validation import marks_of
 
 
 def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Path | None,
@@ -33,11 +36,11 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
     if out is not None and out.exists():
         raise InputError(f'{out} exists; give another file, or remove it')
     start = load_arm(arm) if arm is not None else None
-    loaded = load_run(payload, **given) if payload is not None else None
+    loaded = _read(payload, given) if payload is not None else None
     if not runs:
         return _payload_alone(loaded, start, json)
-    tested = load_run(test, **given) if test is not None else None
-    found = fit([load_run(run, **given) for run in runs], start, tested,
+    tested = _read(test, given) if test is not None else None
+    found = fit([_read(run, given) for run in runs], start, tested,
                 name=out.stem if out is not None else 'identified', payload=loaded)
     _show(found)
     if out is not None:
@@ -52,6 +55,15 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
         write_identification_html(found, html)
         print(f'written: {html}')
     return YES
+
+
+def _read(path: Path, given: Mapping[str, Any]) -> Run:
+    """Return a run whose effort is joint torque, or what ``--effort`` states; else InputError."""
+    run = load_run(path, **given)
+    effort = effort_check(run, marks_of()) if run.sim is None else None
+    if effort is not None and effort.verdict == FAIL:
+        raise InputError(f'{run.name}: {effort.sentence}')
+    return run
 
 
 def excite(out: Path, arm: str, seconds: float, budget: float, acceleration: float,
