@@ -1,5 +1,7 @@
 """Recordings of other tools: what is healthy passes, what was left out is counted and placed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from foreign_recordings import (
@@ -15,6 +17,7 @@ from foreign_recordings import (
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.validate import validate
 from ur5_ros.cdr.fixed_messages import encode
+from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
@@ -343,6 +346,23 @@ def test_an_arm_at_rest_with_another_torque_fails_without_a_traceback(judged):
     made = motion(still=True)
     result = judged(arm_messages(made.with_(effort=1.2 * made.effort)))
     assert result.check('inverse dynamics').verdict == 'fail' and result.causes
+
+
+def test_no_gravity_is_named_that_a_real_robot_cannot_have(judged):
+    made = motion(still=True)
+    result = judged(arm_messages(made.with_(
+        effort=made.effort + np.array([0.0, -5.0, -2.0, 0.3, 0.0, 0.0]))))
+    assert result.verdict == 'fail' and result.causes
+    for cause in result.causes:
+        if 'gravity' in cause:
+            assert 9.6 < np.linalg.norm(cause['gravity']) < 10.0
+
+
+def test_a_robot_on_the_ceiling_is_told_by_the_direction_of_its_gravity(judged):
+    hung = replace(load_arm('ur5e'), gravity=np.array([0.0, 0.0, 9.81]))
+    result = judged(arm_messages(motion(hung, n=3000)))
+    assert result.causes[0]['kind'] == 'gravity'
+    np.testing.assert_allclose(result.causes[0]['gravity'], [0.0, 0.0, 9.81], atol=0.05)
 
 
 def test_a_meaning_that_does_not_exist_is_refused(judged, made):

@@ -51,6 +51,9 @@ SMALL_EXACT, SMALL_MEASURED = 1e-6, 0.02
 #: Smallest standard error, as a share of the value: the model is not known better.
 PRECISION = 1e-9
 
+#: How far a real robot's gravity may be from none, the arm's own, or twice that, as a share.
+POSSIBLE = 0.02
+
 #: What a mass may be uncertain by before it is not named, as a share of it.
 VAGUE = 0.5
 
@@ -74,6 +77,10 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     least = SHARE_EXACT if samples.exact else SHARE_MEASURED
     other, left = _best_arm(samples, arm, causes.weight)
     fit, causes, velocity = _choose(samples, causes, least)
+    if run.sim is None and not _is_gravity_possible(fit, causes):
+        causes = causes._replace(units={name: unit for name, unit in causes.units.items()
+                                        if name != 'gravity'})
+        fit, causes, velocity = _choose(samples, causes, least)
     if not samples.exact:
         fit = with_confounders(fit, causes)
     # one cause alone does as well
@@ -89,6 +96,15 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     if samples.exact and (stiction := _stiction(samples, fit, causes)):
         found = [*(cause for cause in found if cause['kind'] != 'unexplained'), stiction]
     return found
+
+
+def _is_gravity_possible(fit: Fit, causes: Causes) -> bool:
+    """Return whether a gravity among the causes is one that a real robot can have or count."""
+    if 'gravity' not in fit.names:
+        return True
+    own = float(np.linalg.norm(causes.arm.gravity))
+    times = np.linalg.norm(causes.arm.gravity + fit.value[fit.part('gravity', causes)]) / own
+    return bool(min(abs(times - known) for known in (0.0, 1.0, 2.0)) < POSSIBLE)
 
 
 def _choose(samples: SampleBlocks, causes: Causes, least: float) -> tuple[Fit, Causes, float]:
