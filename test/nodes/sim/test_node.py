@@ -3,6 +3,7 @@
 import json
 import signal
 from copy import deepcopy
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from ur5_ros.bag.reader import open_bag
 from ur5_ros.config import load_arm
 from ur5_ros.config.parameters import HOME
 from ur5_ros.model.dynamics import gravity_torque
+from ur5_ros.nodes.sim.services import set_compensation
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.plant import plant_from_parameters
 
@@ -308,6 +310,31 @@ def test_silence_ends_torque_mode_until_it_is_resumed(ros):
     assert len(modes()) == 4
     assert np.abs(states[-1].velocity).max() < 1e-6
     assert sim.stop() == 0
+
+
+def test_scales_of_the_friction_model_are_parameters(ros):
+    watcher = ros.observer()
+    ros.start('sim')
+    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
+    asked = []
+
+    class Node:
+        def set_parameters_atomically(self, parameters):
+            values = {each.name.replace('.', '__'): each.value for each in parameters}
+            asked.append(set_parameters(watcher, 'ur5_sim', **values))
+            return asked[-1]
+
+        def get_logger(self):
+            return SimpleNamespace(warning=lambda reason: None)
+
+    scales = SimpleNamespace(viscous_scale=np.full(6, 0.9, np.float32), coulomb_scale=[0.8] * 6)
+    assert set_compensation(Node(), scales)
+    wait_until(lambda: len(events(told, 'parameter')) == 2, 'both parameters')
+    assert [each['name'] for each in events(told, 'parameter')] == [
+        'friction_compensation.viscous_scale', 'friction_compensation.coulomb_scale']
+    assert not set_compensation(Node(), SimpleNamespace(viscous_scale=[3.0] * 6,
+                                                        coulomb_scale=[0.8] * 6))
+    assert 'viscous_scale' in asked[-1].reason
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
