@@ -111,3 +111,12 @@ def test_every_figure_that_is_promised_is_there(looped):
 def test_a_report_that_cannot_be_written_is_refused(clean_run, tmp_path):
     with pytest.raises(InputError, match='cannot be written'):
         write_html(validate(clean_run), tmp_path / 'absent' / 'report.html')
+
+
+def test_what_is_added_to_the_plant_is_a_line_in_every_figure_and_stands_in_the_head(clean_run):
+    wrench = RecordedEvent(int(clean_run.stamp[2000]), 'wrench', 'pushed',
+                           {'force': [0.0, 0.0, 5.0], 'torque': [0.0, 0.0, 0.0]})
+    text = html_text(validate(replace(clean_run, events=(wrench,))))
+    marks = json.loads(re.search(r'id="figures">(.*?)</script>', text)[1])['marks']
+    assert marks == [{'t': 2.0, 'text': 'wrench 0 0 5 N, 0 0 0 N m'}]
+    assert 'wrench 0 0 5 N, 0 0 0 N m from 2 s' in text.partition('<h2>')[0]
