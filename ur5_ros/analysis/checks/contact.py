@@ -7,6 +7,7 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.momentum_observer import external_torque, first_order
 from ur5_ros.analysis.result import Check, judge, not_applicable
+from ur5_ros.config import SIM_PARAMETERS
 from ur5_ros.config.validation import Marks
 from ur5_ros.model.kinematics import jacobian
 from ur5_ros.signals import JOINT_NAMES
@@ -147,10 +148,12 @@ def _other_external(run: Run) -> str:
     given = run.required_sim.parameters
     if any(event.kind == 'wrench' for event in run.events):
         return 'a wrench'
-    for name in ('payload.mass', 'friction.viscous', 'friction.coulomb'):
-        if np.any(given[name]) or any(event.values.get('name') == name for event in run.events
-                                      if event.kind == 'parameter'):
-            return name.partition('.')[0]
+    changed = {event.values.get('name') for event in run.events if event.kind == 'parameter'}
+    for parameter in SIM_PARAMETERS:
+        part = parameter.name.partition('.')[0]
+        if part in ('payload', 'friction') and (
+                given[parameter.name] != parameter.default or parameter.name in changed):
+            return part
     return ''
 
 
