@@ -10,6 +10,29 @@ from ur5_ros.cli.typer_app import app
 
 
 @app.command()
+def bench(
+    law: Annotated[Path | None, typer.Option(
+        metavar='FILE', help='A Python file with a class Law, beside the others.')] = None,
+    quick: Annotated[bool, typer.Option(
+        '--quick', help='Two perturbations, one seed: about a minute.')] = False,
+    seeds: Annotated[int, typer.Option(
+        metavar='N', min=1, max=1000, help='Seeds of each perturbation.')] = 5,
+    out: Annotated[Path | None, typer.Option(
+        '-o', '--out', metavar='FOLDER', help='Where table and report go; bench by default.',
+    )] = None,
+    scheduler: Annotated[str | None, typer.Option(
+        metavar='ADDRESS', help='Dask scheduler; all cores here if none is given.')] = None,
+    workers: Annotated[int | None, typer.Option(
+        metavar='N', help='Worker processes here; one a core if not given.')] = None,
+    tune: Annotated[Path | None, typer.Option(
+        metavar='FILE', help='Search the gains anew and write them here instead.')] = None,
+) -> int:
+    """Compare the laws under what they do not know."""
+    from ur5_ros.cli.commands import bench as work
+    return work.bench(law, quick, seeds, out, scheduler, workers, tune)
+
+
+@app.command()
 def grade(
     exercise: Annotated[str, typer.Argument(
         metavar='EXERCISE', show_default=False,

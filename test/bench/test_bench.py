@@ -1,0 +1,175 @@
+"""The bench treats all laws alike, finds what they survive, and says what is wrong with a file."""
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import polars
+import pytest
+from numpy.testing import assert_allclose
+
+from ur5_ros.bench.entries import LAWS, Candidate, Tuned, entry_of, load_bench, load_entries
+from ur5_ros.bench.perturbations import PERTURBATIONS, Conditions, conditions_of
+from ur5_ros.bench.probe import check_law
+from ur5_ros.bench.report import summary
+from ur5_ros.bench.runs import Job, do_jobs, jobs_of, largest_payload, row_of, run_of
+from ur5_ros.bench.scores import SCORES, scores_of
+from ur5_ros.bench.tuning import CANDIDATES, candidates, pareto_front, write_bench
+from ur5_ros.errors import InputError
+from ur5_ros.loop.closed_loop import run_closed_loop
+from ur5_ros.loop.run_config import run_config
+
+LAW = """
+from ur5_ros import dynamics_terms
+
+class Law:
+    def __init__(self, arm, gains, parameters):
+        self.arm, self.gains = arm, gains
+
+    def __call__(self, state, reference, dt):
+        {body}
+"""
+RIGHT = """M, C, g = dynamics_terms(state.q + self.arm.angle_offset, state.qd, self.arm)
+        a = (reference.qdd - self.gains.kd @ (state.qd - reference.qd)
+             - self.gains.kp @ (state.q - reference.q))
+        return M @ a + C @ state.qd + g"""
+
+
+def entry(name):
+    return next(each for each in load_entries() if each.name == name)
+
+
+def test_every_law_has_gains_of_the_same_search():
+    found = load_bench()
+    assert set(found.laws) == set(LAWS)
+    assert 'Latin hypercube' in found.how
+    for law in LAWS:
+        tried = [row for row in found.tried if row.law == law]
+        assert len(tried) == CANDIDATES
+        assert [(row.frequency, row.damping, row.own) for row in tried] == [
+            tuple(each) for each in map(vars_of, candidates())]
+        best = min(tried, key=lambda row: row.cost)
+        assert vars_of(found.laws[law]) == (best.frequency, best.damping, best.own)
+
+
+def vars_of(gains):
+    return gains.frequency, gains.damping, gains.own
+
+
+def test_two_numbers_mean_the_same_spring_in_laws_with_and_without_m():
+    gains = Tuned(20.0, 0.7, 1.0)
+    weighed, plain = (entry_of(name, gains).control for name in ('computed_torque', 'gravity_pd'))
+    assert_allclose(weighed['kp'], 400.0)
+    assert_allclose(np.array(plain['kd']) / plain['kp'], 2.0 * 0.7 / 20.0)
+
+
+@pytest.mark.parametrize('name', ['nothing', *PERTURBATIONS])
+def test_a_perturbation_is_the_same_for_all_laws_and_differs_between_seeds(name):
+    (_, first), (_, again), (_, other) = (conditions_of(name, seed) for seed in (1, 1, 2))
+    assert_allclose(first, again, atol=0.0)
+    assert np.abs(first - other).max() > 1e-4
+    assert conditions_of(name, 1)[0].sim == conditions_of(name, 1)[0].sim
+
+
+def test_an_unknown_perturbation_is_refused():
+    with pytest.raises(InputError, match="unknown perturbation 'wind'; give one of: nothing"):
+        conditions_of('wind', 0)
+
+
+def test_the_scores_are_what_the_states_say():
+    run = run_closed_loop(run_config('multi_sine', 'ur5_real', duration=1.0))
+    scores = scores_of(run)
+    error = (run.q - run.reference.q)[500:]
+    assert_allclose(scores['max_error'], np.abs(error).max())
+    assert_allclose(scores['rms_error'], np.sqrt(np.mean(error**2)))
+    assert_allclose(scores['energy'], np.sum(np.abs(run.effort * run.qd)) * 1e-3)
+    assert set(scores) == set(SCORES)
+
+
+@pytest.mark.parametrize('law', LAWS)
+def test_every_law_survives_the_ordinary_run_with_its_tuned_gains(law):
+    row = row_of(Job(entry(law), 'nothing', 0))
+    assert row['survived'], row['why']
+
+
+def test_the_largest_payload_is_the_border_between_surviving_and_not():
+    spring = entry('pd')
+    found = largest_payload(spring)
+
+    def survives(mass):
+        return run_of(spring, Conditions(sim={'payload.mass': mass}), np.zeros(6))['survived']
+    assert survives(found)
+    assert found == 8.0 or not survives(found + 0.125)
+
+
+def test_a_law_of_a_file_that_is_computed_torque_scores_like_computed_torque(tmp_path):
+    file = tmp_path / 'my_law.py'
+    file.write_text(LAW.format(body=RIGHT), encoding='utf-8')
+    entries = load_entries(str(file))
+    assert entries[-1].name == 'my_law.py'
+    check_law(entries[-1])
+    mine, own = (row_of(Job(each, 'payload', 3)) for each in
+                 (entries[-1], entry('computed_torque')))
+    for score in SCORES:
+        assert_allclose(mine[score], own[score], rtol=1e-6)
+
+
+@pytest.mark.parametrize(('body', 'words'), [
+    ('return [float("nan")] * 6', 'torque of joint 1 is nan'),
+    ('return [0.0] * 7', r'the torque has the shape \(7,\)'),
+    ('import time; time.sleep(0.05); return [0.0] * 6', 'too late: it takes .* ms a period'),
+    ('self.kept = bytearray(2**30); return [0.0] * 6', 'MemoryError|512 MB'),
+    ('import os; os.abort()', r'ended by signal 6'),
+])
+def test_a_law_that_cannot_run_is_refused_in_one_line(tmp_path, body, words):
+    file = tmp_path / 'my_law.py'
+    file.write_text(LAW.format(body=body), encoding='utf-8')
+    with pytest.raises(InputError, match=words) as refusal:
+        check_law(load_entries(str(file))[-1])
+    assert '\n' not in str(refusal.value)
+
+
+def test_a_law_that_loses_the_arm_is_a_row_and_no_crash():
+    row = do_jobs([(4, Job(entry('pd')._replace(control={'mode': 'pd', 'kp': [0.1], 'kd': [0.1]}),
+                           'payload', 0))])[0]
+    assert row['index'] == 4 and not row['survived']
+    assert 'rad from its reference' in row['why'] or 'unstable' in row['why']
+
+
+def test_the_front_holds_what_none_beats():
+    def tried(error, rough, survived=4):
+        return Candidate('pd', 1.0, 1.0, 1.0, 1.0, survived, error, rough)
+    rows = [tried(1.0, 5.0), tried(2.0, 4.0), tried(3.0, 6.0), tried(0.1, 0.1, 3), tried(2.5, 1.0)]
+    assert [(row.rms_error, row.roughness) for row in pareto_front(rows)] == [
+        (1.0, 5.0), (2.0, 4.0), (2.5, 1.0)]
+
+
+def test_what_the_search_writes_is_what_the_bench_reads(tmp_path):
+    path = tmp_path / 'bench.yaml'
+    write_bench(load_bench(), path)
+    assert load_bench(path) == load_bench()
+
+
+def test_the_command_makes_table_and_report_in_a_minute(tmp_path):
+    began = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench', '--quick',
+         '--out', str(tmp_path / 'bench')], capture_output=True, text=True, timeout=400,
+        check=False)
+    assert done.returncode == 0, done.stderr
+    table = polars.read_parquet(tmp_path / 'bench/table.parquet')
+    assert len(table) == len(jobs_of(load_entries(), ('payload', 'delay'), 1, survival=False))
+    assert len(table) == 2 * len(LAWS)
+    assert summary(table.to_dicts())['law'].to_list() == list(LAWS)
+    page = (tmp_path / 'bench/report.html').read_text(encoding='utf-8')
+    assert 'plot-laws' in page and 'plot-pareto' in page
+    print(f'{time.monotonic() - began:.0f} s')
+
+
+def test_a_missing_law_file_is_bad_input(tmp_path):
+    done = subprocess.run(
+        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench', '--law',
+         str(tmp_path / 'none.py')], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert 'no file' in done.stderr and done.stderr.count('\n') == 1

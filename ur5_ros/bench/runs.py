@@ -1,0 +1,139 @@
+"""Runs of the bench, done by Dask workers: a law, a perturbation, a seed; and what it survives."""
+
+import warnings
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ur5_ros.bench.entries import Entry
+from ur5_ros.bench.perturbations import ARM, Conditions, conditions_of
+from ur5_ros.bench.scores import SCORES, scores_of
+from ur5_ros.config import load_arm
+from ur5_ros.errors import InputError
+from ur5_ros.loop.closed_loop import full_loop
+from ur5_ros.loop.run_config import run_config
+from ur5_ros.sweep.workers import cluster, connected, map_batches
+
+#: Simulated time of a run [s].
+DURATION = 3.0
+#: Largest payload [kg] and delay [control periods of 1 ms] that are tried.
+LARGEST_PAYLOAD, LARGEST_DELAY = 8.0, 64
+#: Bisections of the payload: it is known to 8 kg / 2^6.
+_HALVINGS = 6
+
+
+class Job(NamedTuple):
+    """What a worker does: one run, or the bisection of ``payload`` or ``delay``."""
+
+    entry: Entry
+    perturbation: str
+    seed: int
+    survival: bool = False
+
+
+def jobs_of(entries: Iterable[Entry], perturbations: Iterable[str], seeds: int,
+            survival: bool = True) -> list[Job]:
+    """Return all jobs; those that take longest first."""
+    entries = list(entries)
+    long = [Job(entry, what, 0, True) for entry in entries for what in ('payload', 'delay')]
+    runs = [Job(entry, name, seed) for name in perturbations for seed in range(seeds)
+            for entry in entries]
+    return (long if survival else []) + runs
+
+
+def run_jobs(jobs: list[Job], scheduler: str | None = None, workers: int | None = None,
+             progress: Callable[[float], None] = lambda done: None) -> list[dict[str, Any]]:
+    """
+    Return a row for each job, in their order.
+
+    Parameters
+    ----------
+    jobs : list of Job
+        From :func:`jobs_of`.
+    scheduler : str, optional
+        Address of a Dask scheduler; workers on this machine if not given.
+    workers : int, optional
+        Worker processes on this machine; one a core if not given.
+    progress : callable, optional
+        Is given the number of jobs done.
+
+    """
+    rows: list[dict[str, Any]] = []
+    with cluster(scheduler, workers) as address, connected(address) as client:
+        for some in map_batches(client, do_jobs, (), iter(enumerate(jobs)), 1, _lost):
+            rows += some
+            progress(len(rows))
+    if len(rows) < len(jobs):
+        raise InputError(f'the scheduler was lost after {len(rows)} of {len(jobs)} runs; start '
+                         'again')
+    return sorted(rows, key=lambda row: row['index'])
+
+
+def do_jobs(jobs: list[tuple[int, Job]]) -> list[dict[str, Any]]:
+    """Return the rows of some jobs: the task that travels to a worker."""
+    with warnings.catch_warnings(), np.errstate(all='ignore'):
+        warnings.simplefilter('ignore')  # a run that diverges overflows; its row says so
+        return [_head(index, job) | row_of(job) for index, job in jobs]
+
+
+def row_of(job: Job) -> dict[str, Any]:
+    """Return what a job finds."""
+    if job.survival:
+        find = largest_payload if job.perturbation == 'payload' else largest_delay
+        return {'largest': find(job.entry), 'survived': True, 'why': ''}
+    return run_of(job.entry, *conditions_of(job.perturbation, job.seed))
+
+
+def run_of(entry: Entry, conditions: Conditions, error: np.ndarray) -> dict[str, Any]:
+    """Return the scores of one run, and whether the law survived it."""
+    try:
+        arm = load_arm(ARM)
+        at_wall = conditions.experiment != 'multi_sine'
+        plan = run_config(
+            conditions.experiment, ARM, control_rate=conditions.control_rate,
+            duration=DURATION,
+            initial_error=None if at_wall else error.tolist(),
+            sim=conditions.sim, control=entry.control)
+        scores = scores_of(full_loop(plan, conditions.sim_arm(arm), conditions.control_arm(arm)))
+    except (InputError, ArithmeticError, np.linalg.LinAlgError) as refusal:
+        return dict.fromkeys(SCORES) | {'survived': False, 'why': str(refusal)}
+    lost = not scores['max_error'] <= conditions.survives
+    why = f'a joint is {scores["max_error"]:.3g} rad from its reference' if lost else ''
+    return scores | {'survived': not lost, 'why': why}
+
+
+def largest_payload(entry: Entry) -> float:
+    """Return the largest mass at the tool that the law survives [kg], by bisection."""
+    def survives(mass: float) -> bool:
+        return run_of(entry, Conditions(sim={'payload.mass': mass}), np.zeros(6))['survived']
+    if survives(LARGEST_PAYLOAD):
+        return LARGEST_PAYLOAD
+    low, high = 0.0, LARGEST_PAYLOAD
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if survives(middle) else (low, middle)
+    return low
+
+
+def largest_delay(entry: Entry) -> float:
+    """Return the longest delay of commands that the law survives [ms], by bisection."""
+    def survives(periods: int) -> bool:
+        delay = Conditions(sim={'delay.command_periods': periods})
+        return run_of(entry, delay, np.zeros(6))['survived']
+    low, high = 0, LARGEST_DELAY
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if survives(middle) else (low, middle)
+    return float(low)
+
+
+def _head(index: int, job: Job) -> dict[str, Any]:
+    return {'index': index, 'law': job.entry.name, 'perturbation': job.perturbation,
+            'seed': job.seed, 'kind': 'survival' if job.survival else 'run'}
+
+
+def _lost(item: tuple[int, Job], error: BaseException) -> dict[str, Any]:
+    """Return the row of a job whose worker died."""
+    return _head(*item) | dict.fromkeys(SCORES) | {
+        'largest': None, 'survived': False, 'why': f'its worker failed: {error!r}'}

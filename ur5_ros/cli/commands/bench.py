@@ -1,0 +1,66 @@
+"""The command ``ur5 bench``: laws side by side."""
+
+from pathlib import Path
+
+import polars
+from rich.table import Table
+from rich.text import Text
+
+from ur5_ros.bench.entries import load_bench, load_entries
+from ur5_ros.bench.perturbations import PERTURBATIONS, QUICK
+from ur5_ros.bench.probe import check_law
+from ur5_ros.bench.report import markdown, summary, write_report
+from ur5_ros.bench.runs import jobs_of, run_jobs
+from ur5_ros.bench.tuning import CANDIDATES, CONDITIONS, tune, write_bench
+from ur5_ros.cli import terminal
+from ur5_ros.cli.exit_codes import YES
+from ur5_ros.errors import InputError
+
+
+def bench(law: Path | None, quick: bool, seeds: int, out: Path | None, scheduler: str | None,
+          workers: int | None, tune_file: Path | None) -> int:
+    """Run the bench; see ``ur5 bench --help``."""
+    screen = terminal.console()
+    if tune_file is not None:
+        return _tune(tune_file, workers, screen)
+    entries = load_entries(None if law is None else str(law))
+    if law is not None:
+        check_law(entries[-1])
+    names, seeds = (QUICK, 1) if quick else (tuple(PERTURBATIONS), seeds)
+    jobs = jobs_of(entries, names, seeds, survival=not quick)
+    folder = out if out is not None else Path('bench')
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f'{folder}: {error.strerror}; give another folder with --out') from None
+    with terminal.progress('bench', len(jobs), 'runs') as advance:
+        rows = run_jobs(jobs, scheduler, workers, advance)
+    polars.DataFrame(rows, infer_schema_length=None).write_parquet(
+        folder / 'table.parquet', compression='zstd')
+    (folder / 'summary.md').write_text(markdown(rows), encoding='utf-8')
+    write_report(rows, load_bench().tried, folder / 'report.html')
+    _show(summary(rows), screen)
+    screen.print(Text(f'table: {folder / "table.parquet"}'), soft_wrap=True)
+    screen.print(Text(f'report: {folder / "report.html"}'), soft_wrap=True)
+    return YES
+
+
+def _tune(file: Path, workers: int | None, screen: terminal.Console) -> int:
+    runs = len(load_entries()) * CANDIDATES * len(CONDITIONS)
+    with terminal.progress('tuning', runs, 'runs') as advance:
+        write_bench(tune(workers, advance), file)
+    screen.print(Text(f'gains: {file}'), soft_wrap=True)
+    return YES
+
+
+def _show(table: polars.DataFrame, screen: terminal.Console) -> None:
+    shown = Table('law', 'survived', 'rms [mrad]', 'worst [mrad]', 'rough [N m/s]',
+                  'payload [kg]', 'delay [ms]', box=None, pad_edge=False)
+    for row in table.to_dicts():
+        numbers = [row['rms_error'], row['max_error'], row['roughness'], row.get('payload'),
+                   row.get('delay')]
+        scale = (1e3, 1e3, 1.0, 1.0, 1.0)
+        shown.add_row(row['law'], f'{row["survived"]}/{row["runs"]}',
+                      *('-' if value is None else f'{factor * value:.3g}'
+                        for value, factor in zip(numbers, scale, strict=True)))
+    screen.print(shown)
