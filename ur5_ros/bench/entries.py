@@ -121,9 +121,9 @@ def load_bench(path: Path | None = None) -> BenchFile:
     return found
 
 
-def load_entries(file: str | None = None) -> list[Entry]:
+def load_entries(file: str | None = None, gains: Path | None = None) -> list[Entry]:
     """
-    Return the laws with the tuned gains of ``config/bench.yaml``, and that of a user's file.
+    Return the laws with their gains, and that of a user's file.
 
     Parameters
     ----------
@@ -131,13 +131,16 @@ def load_entries(file: str | None = None) -> list[Entry]:
         A Python file with a class ``Law``.  It gets the gains of ``computed_torque``, or, where
         its class says ``weighed = False``, those of ``gravity_pd``.
 
+    gains : Path, optional
+        A file that ``ur5 bench --tune`` wrote; that of the package by default.
+
     Raises
     ------
     InputError
         If a file is wrong.
 
     """
-    tuned = load_bench().laws
+    tuned = load_bench(gains).laws
     entries = [entry_of(name, tuned[name]) for name in LAWS]
     if file is not None:
         like = 'computed_torque' if getattr(load_law(file), 'weighed', True) else 'gravity_pd'

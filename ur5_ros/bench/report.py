@@ -50,7 +50,7 @@ def summary(rows: list[dict[str, Any]]) -> polars.DataFrame:
 def write_report(rows: list[dict[str, Any]], tried: list[Candidate], path: Path) -> None:
     """Write the page."""
     table = polars.DataFrame(rows, infer_schema_length=None)
-    figures = [_heat_map(table), _pareto(tried)]
+    figures = [_heat_map(table), *([_pareto(tried)] if tried else [])]
     boxes = ''.join(
         f'<figure><figcaption><b>{markup(each["title"])}</b>{markup(each["caption"])}'
         f'</figcaption><div class="plot" id="plot-{each["key"]}"></div></figure>\n'

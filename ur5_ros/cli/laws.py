@@ -24,12 +24,14 @@ def bench(
         metavar='ADDRESS', help='Dask scheduler; all cores here if none is given.')] = None,
     workers: Annotated[int | None, typer.Option(
         metavar='N', help='Worker processes here; one a core if not given.')] = None,
+    gains: Annotated[Path | None, typer.Option(
+        metavar='FILE', help='Gains that --tune found; those of the package by default.')] = None,
     tune: Annotated[Path | None, typer.Option(
         metavar='FILE', help='Search the gains anew and write them here instead.')] = None,
 ) -> int:
     """Compare the laws under what they do not know."""
     from ur5_ros.cli.commands import bench as work
-    return work.bench(law, quick, seeds, out, scheduler, workers, tune)
+    return work.bench(law, quick, seeds, out, scheduler, workers, gains, tune)
 
 
 @app.command()

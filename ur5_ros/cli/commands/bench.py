@@ -18,12 +18,12 @@ from ur5_ros.errors import InputError
 
 
 def bench(law: Path | None, quick: bool, seeds: int, out: Path | None, scheduler: str | None,
-          workers: int | None, tune_file: Path | None) -> int:
+          workers: int | None, gains: Path | None, tune_file: Path | None) -> int:
     """Run the bench; see ``ur5 bench --help``."""
     screen = terminal.console()
     if tune_file is not None:
         return _tune(tune_file, workers, screen)
-    entries = load_entries(None if law is None else str(law))
+    entries = load_entries(None if law is None else str(law), gains)
     if law is not None:
         check_law(entries[-1])
     names, seeds = (QUICK, 1) if quick else (tuple(PERTURBATIONS), seeds)
@@ -38,7 +38,7 @@ def bench(law: Path | None, quick: bool, seeds: int, out: Path | None, scheduler
     polars.DataFrame(rows, infer_schema_length=None).write_parquet(
         folder / 'table.parquet', compression='zstd')
     (folder / 'summary.md').write_text(markdown(rows), encoding='utf-8')
-    write_report(rows, load_bench().tried, folder / 'report.html')
+    write_report(rows, load_bench(gains).tried, folder / 'report.html')
     _show(summary(rows), screen)
     screen.print(Text(f'table: {folder / "table.parquet"}'), soft_wrap=True)
     screen.print(Text(f'report: {folder / "report.html"}'), soft_wrap=True)
