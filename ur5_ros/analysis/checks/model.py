@@ -79,6 +79,8 @@ def _residual_check(name: str, torque: np.ndarray, run: Run, marks: Marks, part:
         over = size.max(axis=0) > marks['residual']
         sentence = (f'plant and {part} differ by {worst:.3g} N m at {JOINT_NAMES[joint]}, '
                     f'{run.t[row]:.4g} s; {localize_fault(over)}')
+    if run.truth is not None:
+        sentence += '; from the exact states, which are recorded beside the measured ones'
     return judge(name, worst, marks['residual'], 'N m', sentence, joint=JOINT_NAMES[joint],
                  joints=per_joint, periods=int(known.sum()))
 
