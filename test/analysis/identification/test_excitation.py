@@ -68,7 +68,7 @@ def test_the_condition_number_is_that_of_the_motion_and_small(found, motion, arm
     x = np.concatenate([inertial[..., base_of(arm).columns], *friction], axis=-1)
     condition = np.linalg.cond(scaled_columns(x.reshape(-1, x.shape[-1])))
     assert found.condition == pytest.approx(condition, rel=0.02)
-    assert found.condition < 200.0
+    assert found.condition < 200.0 and found.condition_raw < 2000.0
 
 
 def test_a_trial_has_the_errors_that_were_predicted(found, arm):

@@ -42,8 +42,8 @@ PENALTY, MARGIN = 10.0, 0.1
 
 
 #: How the trajectory was found, for its file.
-SOURCE = ('smallest condition number of the regressor of base parameters and friction, columns '
-          'at length one, that was found within the limits')
+SOURCE = ('smallest condition numbers of the regressor of base parameters and friction, in SI '
+          'units and with columns at length one, that were found within the limits')
 
 
 class Excitation(NamedTuple):
@@ -53,6 +53,8 @@ class Excitation(NamedTuple):
     """As an experiment of ``config/experiments``."""
     condition: float
     """Condition number of the regressor, columns scaled to length one."""
+    condition_raw: float
+    """The same in SI units, columns as they are."""
     names: tuple[str, ...]
     """Base parameters, then viscous and Coulomb friction of each joint."""
     error: np.ndarray
@@ -93,13 +95,13 @@ class _Problem:
                                               change * scale)
 
     def cost(self, z: np.ndarray) -> float:
-        """Return the logarithm of the condition number, broken limits added."""
+        """Return the mean logarithm of both condition numbers, broken limits added."""
         _, _, motion = self.motion(z)
         part = Reference(*(values[::self.every] for values in motion))
-        x = scaled_columns(self.columns(part))
-        value = np.linalg.eigvalsh(x.T @ x)
-        condition = 0.5 * np.log(value[-1] / max(value[0], 1e-14))
-        return condition + PENALTY * self.broken(part, MARGIN)
+        x = self.columns(part)
+        # scaled columns alone would be as well conditioned however little a joint moves
+        both = 0.5 * (_log_condition(x) + _log_condition(scaled_columns(x)))
+        return both + PENALTY * self.broken(part, MARGIN)
 
     def columns(self, motion: Reference) -> np.ndarray:
         """Return the regressor of base parameters and friction, shape (n * 6, p)."""
@@ -125,7 +127,7 @@ def excite(
     progress: Callable[[float], None] | None = None,
 ) -> Excitation:
     """
-    Search the Fourier series whose regressor has the smallest condition number within limits.
+    Search the Fourier series whose regressor has the smallest condition numbers within limits.
 
     Random series first, then the best of them refined by an evolution strategy with the 1/5
     success rule (Rechenberg 1973).  The condition number of the regressor bounds how noise of the
@@ -176,7 +178,7 @@ def excite(
                                     for name in JOINT_NAMES))
     noise = NOISE * arm.limits.effort
     return Excitation(_experiment(arm, seconds, ramp, start, free),
-                      float(np.linalg.cond(scaled_columns(x))), names,
+                      float(np.linalg.cond(scaled_columns(x))), float(np.linalg.cond(x)), names,
                       predicted_errors(x, noise), noise, tried)
 
 
@@ -196,6 +198,11 @@ def predicted_errors(x: np.ndarray, noise: np.ndarray) -> np.ndarray:
     size = np.linalg.norm(rows, axis=0)
     inverse = np.linalg.pinv((rows / size).T @ (rows / size), hermitian=True)
     return np.sqrt(np.diag(inverse) * LIMIT_RATE / NOISE_RATE) / size
+
+
+def _log_condition(x: np.ndarray) -> float:
+    value = np.linalg.eigvalsh(x.T @ x)
+    return float(0.5 * np.log(value[-1] / max(value[0], 1e-14 * value[-1])))
 
 
 def scaled_columns(x: np.ndarray) -> np.ndarray:

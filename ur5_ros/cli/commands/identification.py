@@ -83,7 +83,8 @@ def excite(out: Path, arm: str, seconds: float, budget: float, acceleration: flo
     if json is not None:
         write_json({
             'format': 'ur5_ros excitation', 'version': 1, 'arm': record.name,
-            'condition': found.condition, 'series_tried': found.tried,
+            'condition': found.condition, 'condition_raw': found.condition_raw,
+            'series_tried': found.tried,
             'noise': found.noise.tolist(), 'parameters': {name: {
                 'predicted_error': predicted, 'fit_error': own, 'away': far}
                 for name, predicted, own, far in zip(
@@ -101,7 +102,8 @@ def _show_excitation(found: Excitation, error: np.ndarray, away: np.ndarray) -> 
         table.add_row(Text(name), *(f'{number:.2g}' for number in numbers))
     screen.print(table)
     screen.print(Text(
-        f'condition number {found.condition:.4g} after {found.tried} series; errors for torque '
+        f'condition number {found.condition:.4g} (columns as they are: '
+        f'{found.condition_raw:.4g}) after {found.tried} series; errors for torque '
         f'noise of {", ".join(f"{x:.3g}" for x in found.noise)} N m a sample at 100 Hz; the '
         'trial is a fit to a recording of this motion with such noise'), soft_wrap=True)
 
