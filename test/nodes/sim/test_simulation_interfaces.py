@@ -1,12 +1,17 @@
 """The standard services as simulation_interfaces 1.5 defines them: states, codes, scopes."""
 
+from types import SimpleNamespace
+
 import pytest
 from ros_processes import ros_domain, wait_until
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 
+from ur5_ros.errors import InputError
+from ur5_ros.nodes.sim.simulation_interfaces import offer_standard_services
+
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
-UNSUPPORTED, OK, FAILED, ALREADY, INCORRECT = 0, 1, 4, 101, 103
+UNSUPPORTED, OK, FAILED, ALREADY, TRANSITION, INCORRECT = 0, 1, 4, 101, 102, 103
 
 
 class Client:
@@ -144,3 +149,29 @@ def test_without_the_package_a_line_names_what_to_install(ros):
     assert sim.text.count('simulation_interfaces is not installed') == 1
     assert 'ros-jazzy-simulation-interfaces' in sim.text
     assert sim.stop() == 0
+
+
+@pytest.mark.parametrize(('reason', 'state', 'code'), [
+    ('SIGTERM', PLAYING, INCORRECT), ('SIGTERM', QUITTING, ALREADY), ('', PAUSED, TRANSITION)])
+def test_a_simulator_that_ends_or_is_busy_says_so(interfaces, reason, state, code):
+    """The moments between a request to end and the end are too short to be met by a client."""
+    from simulation_interfaces import srv
+
+    def busy(work):
+        raise InputError('the node is busy or ending; try again')
+
+    services = {}
+    node = SimpleNamespace(create_service=lambda kind, name, handle: services.update(
+        {name: (kind, handle)}))
+    sim = SimpleNamespace(
+        stop=SimpleNamespace(reason=reason), simulation=SimpleNamespace(
+            stopped=False, paused=False),
+        inputs=SimpleNamespace(requests=SimpleNamespace(call=busy)),
+        steps=SimpleNamespace(offer=lambda *_: None))
+    offer_standard_services(node, sim)
+    request = srv.SetSimulationState.Request()
+    request.state.state = state
+    _, handle = services['~/set_simulation_state']
+    answer = handle(request, srv.SetSimulationState.Response())
+    assert answer.result.result == code
+    assert bool(answer.result.error_message) == (code != ALREADY)

@@ -14,6 +14,7 @@ from ur5_ros.control.controller import Controller
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.tolerances import GoalError, JointTolerance, ResultCode, Verdict
 from ur5_ros.errors import InputError
+from ur5_ros.nodes.ros.process import fault
 from ur5_ros.signals import JOINT_NAMES
 
 #: How often goals are looked at [Hz], as the joint_trajectory_controller's action_monitor_rate.
@@ -144,6 +145,9 @@ class TrajectoryAction:
         except InputError as error:
             code = error.code if isinstance(error, GoalError) else ResultCode.INVALID_GOAL
             self._logger.warning(f'goal rejected: {code.name} ({code:d}): {error}')
+            self._begun = None
+        except Exception as error:  # a client waits for an answer, whatever happened
+            fault(self._logger, error)
             self._begun = None
         return self._responses[self._begun is not None]
 
