@@ -60,6 +60,23 @@ def test_the_live_view_draws_the_arm_that_runs_where_it_is(simulator):
     assert reach > 1.3, 'a ur10e, as /robot_description says, not the default ur5'
 
 
+def test_the_live_view_ends_on_sigterm(simulator, tmp_path):
+    code = 'from ur5_ros.cli import main; main()'
+    process = subprocess.Popen([sys.executable, '-c', code, 'view', '--live', '--port', '0'],
+                               cwd=tmp_path, env=dict(os.environ), stdin=subprocess.DEVNULL,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        for line in process.stdout:
+            if 'http://' in line:
+                break
+        time.sleep(1.0)
+        process.terminate()
+        assert process.wait(timeout=20) == 0
+    finally:
+        process.kill()
+        process.wait()
+
+
 def test_live_and_a_run_together_are_refused():
     with pytest.raises(InputError, match='leave the run away'):
         view(Path('bags/some'), live=True)
