@@ -75,6 +75,14 @@ def load_run(
     InputError
         If nothing can be judged: no bag, no states, other joints, bags of different runs.
 
+    Examples
+    --------
+    >>> from ur5_ros import load_run, run_closed_loop, run_config
+    >>> _ = run_closed_loop(run_config('joint_step', duration=0.5), folder='recorded')
+    >>> run = load_run('recorded')
+    >>> run.states.q.shape, run.control_rate
+    ((500, 6), 1000.0)
+
     """
     check_effort_meaning(effort)
     folder = Path(folder)
