@@ -49,6 +49,7 @@ details { border-top: 1px solid var(--line); padding: 8px 0; }
 summary { cursor: pointer; } pre { overflow-x: auto; font-size: 0.8rem; }
 @media (max-width: 760px) {
   .plots { grid-template-columns: 1fr; } .plot { height: 300px; }
+  table:not(.checks) { display: block; overflow-x: auto; }
   .checks thead { display: none; }
   .checks tr { display: grid; grid-template-columns: 1fr auto; gap: 0 10px; padding: 8px 0;
     border-bottom: 1px solid var(--line); }
