@@ -170,3 +170,8 @@ def test_too_short_a_run_is_refused():
     run = robot(load_arm('ur10e_controller'), 1, seconds=0.1)
     with pytest.raises(InputError, match='too few states'):
         identify([run], load_arm('ur10e'))
+
+
+def test_without_an_arm_the_known_ones_that_fit_are_named():
+    with pytest.raises(InputError, match='--arm NAME.*ur10e_controller'):
+        identify([robot(load_arm('ur10e_controller'), 1)])

@@ -28,6 +28,7 @@ from ur5_ros.analysis.identification.payload import PayloadEstimate, payload_fro
 from ur5_ros.analysis.identification.result import Identified, Prediction
 from ur5_ros.analysis.identification.rows import Rows, of_three, rows_of
 from ur5_ros.analysis.identification.simulation_gate import simulate
+from ur5_ros.analysis.validate import no_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.model.friction import JointFriction
@@ -176,7 +177,7 @@ def arm_of(run: Run) -> ArmParameters:
     """
     record = run.law_record
     if record is None:
-        raise InputError(f'{run.name}: the bag names no arm; give one: --arm NAME')
+        raise InputError(no_arm(run))
     return record.arm
 
 

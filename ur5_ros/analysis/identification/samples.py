@@ -64,7 +64,10 @@ def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
 
     """
     if np.isnan(run.states.effort).all():
-        raise InputError(f'{run.name}: no torques are recorded; they are needed')
+        only = ('motor currents alone are recorded; torques are needed beside them, such as the '
+                "robot's target torque" if run.current is not None else
+                'no torques are recorded; they are needed')
+        raise InputError(f'{run.name}: {only}')
     noisy = run.truth is not None or run.noisy
     if run.follows_reference:
         time, motion = run.t, [*run.required_reference, run.states.effort]
