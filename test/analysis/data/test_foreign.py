@@ -161,8 +161,9 @@ def test_events_of_another_tool_are_not_the_simulators(judged, made):
     assert result.verdict == 'pass' and '/x/events' in remarks(result)
 
 
-def test_commands_of_positions_are_no_torque_commands(judged, made):
-    commands = arm_messages(made, fields=('position',))[::5]
+@pytest.mark.parametrize('fields', [('position',), ('position', 'effort')])
+def test_commands_of_positions_are_no_torque_commands(judged, made, fields):
+    commands = arm_messages(made.with_(effort=0.0 * made.effort), fields)[::5]
     result = judged({STATES: arm_messages(made), '/joint_command': commands})
     assert result.verdict == 'pass'
     assert result.check('pairing').verdict == 'not applicable'
@@ -264,6 +265,31 @@ def test_a_few_zero_stamps_and_repeated_ones_are_dropped_and_counted(judged, mad
     assert '2 states of 700 have a stamp of zero: dropped' in remarks(result)
     assert '5 states of 698 repeat a stamp' in remarks(result)
     assert result.about['states'] == 693
+
+
+def test_states_without_a_stamp_are_no_gaps_of_the_recorder(judged, made):
+    stamp = np.where(np.arange(700) % 10 == 3, 0, made.stamp)
+    messages = [(int(each) + 300_000, message(stamp[k], JOINT_NAMES, made.q[k], made.qd[k],
+                                              made.effort[k]))
+                for k, each in enumerate(made.stamp)]
+    result = judged(messages)
+    assert result.verdict == 'pass' and '70 states of 700 have a stamp of zero' in remarks(result)
+
+
+@pytest.mark.parametrize('row, stamp', [(0, 5_000_000_000), (699, 2_000_000_000_000_000_000)])
+def test_a_stamp_far_from_all_others_is_dropped(judged, made, row, stamp):
+    stamps = made.stamp.copy()
+    stamps[row] = stamp
+    result = judged(arm_messages(made.with_(stamp=stamps)))
+    assert result.verdict == 'pass' and 'a stamp far from all others' in remarks(result)
+
+
+def test_efforts_missing_in_between_are_no_other_source(judged, made):
+    effort = made.effort.copy()
+    effort[100:110] = np.nan
+    result = judged(arm_messages(made.with_(effort=effort)))
+    assert result.verdict == 'pass' and '10 states of 700 hold what is no number' in (
+        remarks(result))
 
 
 def test_jitter_is_reported_with_its_size_and_is_no_gap(judged, made):

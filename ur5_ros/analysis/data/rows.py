@@ -16,6 +16,9 @@ FIELDS = ('position', 'velocity', 'effort')
 #: Jitter of the stamps that is worth a sentence, as a share of the period.
 JITTER = 0.01
 
+#: A first or last stamp that is this many times the whole duration away is none of the recording.
+STRAY = 10.0
+
 #: Share of the rows that must have a field for it to count as measured.
 MEASURED = 0.5
 
@@ -93,13 +96,14 @@ def foreign_rows(columns: Columns, path: Path, counts: dict[str, int], problems:
     has_effort = _has_effort(effort, remarks)
     fields = [position, *([velocity] if has_velocity else []), *([effort] if has_effort else [])]
     good = np.isfinite(np.hstack(fields)).all(axis=1) & (stamp > 0)
-    incomplete = ~good & np.isfinite(position).all(axis=1) & np.any(
-        [np.isnan(field).all(axis=1) for field in fields], axis=0)
+    incomplete = ~good & np.isfinite(position).all(axis=1) & (len(fields) > 1) & np.all(
+        [np.isnan(field).all(axis=1) for field in fields[1:]] or [~good], axis=0)
     _count(remarks, stamp, incomplete, 'are of another source that interleaves: they lack a field '
            'that the others have')
     _count(remarks, stamp, ~good & ~incomplete & (stamp > 0), 'hold what is no number')
     rows = rows[good[rows]]
     rows = _first_of_each(stamp, rows, counts, remarks)
+    rows = _without_stray_ends(stamp, rows, remarks)
     if len(rows) < 2:
         raise InputError(f'{path}: {len(rows)} states of {len(stamp)} can be used; at least two '
                          f'are needed ({"; ".join(remarks) or "the rest is empty"})')
@@ -122,14 +126,29 @@ def foreign_rows(columns: Columns, path: Path, counts: dict[str, int], problems:
     used = np.zeros(len(stamp), dtype=bool)
     used[rows] = True
     effort = effort[rows] if has_effort else np.full(q.shape, np.nan)
-    dropped = np.concatenate([stamp[~used & (stamp > 0)], _stamps_of_broken(columns, stamp)])
+    dropped = np.concatenate([stamp[~used & (stamp > 0)],
+                              _stamps_by_log_time(columns, stamp)])
     return StateRows(rows, stamp[rows], States(q, qd, effort), np.sort(dropped), found.jumps)
 
 
-def _stamps_of_broken(columns: Columns, stamp: np.ndarray) -> np.ndarray:
-    """Return the stamps that empty or broken messages had, from their log times [ns]."""
-    delay = np.median(columns.log_time - stamp)
-    return columns.broken - np.int64(delay)
+def _stamps_by_log_time(columns: Columns, stamp: np.ndarray) -> np.ndarray:
+    """Return the stamps of messages that have none or are broken, from their log times [ns]."""
+    stamped = stamp > 0
+    delay = np.median((columns.log_time - stamp)[stamped])
+    return np.concatenate([columns.broken, columns.log_time[~stamped]]) - np.int64(delay)
+
+
+def _without_stray_ends(stamp: np.ndarray, rows: np.ndarray, remarks: list[str]) -> np.ndarray:
+    """Return the rows without a first or last one whose stamp is far from all others."""
+    if len(rows) < 4:
+        return rows
+    times = stamp[rows]
+    begin = int(times[1] - times[0] > STRAY * (times[-1] - times[1]))
+    end = len(rows) - int(times[-1] - times[-2] > STRAY * (times[-2] - times[0]))
+    count = len(rows) - (end - begin)
+    if count:
+        remarks.append(f'{count} states of {len(stamp)} have a stamp far from all others: dropped')
+    return rows[begin:end]
 
 
 def _require_positions(columns: Columns, path: Path) -> None:

@@ -154,7 +154,8 @@ class _Search:
                 continue
             values = kind.values(message)
             filled = {field for field in kind.fields
-                      if len(values.get(field, ())) and np.isfinite(values[field]).any()}
+                      if len(values.get(field, ())) and np.isfinite(values[field]).any()
+                      and (field != 'effort' or np.any(values[field]))}
             found.append(_Form(tuple(kind.names(message)), frozenset(filled)))
         return found
 
@@ -201,7 +202,7 @@ class _Search:
                 candidates[topic] = (ending, len(filled), sum(count for _, count in holding))
         if not candidates:
             raise InputError(self._no_joints())
-        best = max(candidates, key=lambda topic: (candidates[topic], topic))
+        best = max(candidates, key=lambda topic: candidates[topic])
         if len(candidates) > 1:
             others = ', '.join(sorted(set(candidates) - {best}))
             self._remarks.append(f'the joint states are those of {best}; the six joints are also '
