@@ -38,6 +38,7 @@ def demo(
     for topic, digest in hashes(folder).items():
         out.print(f'sha256 of {topic}: {digest}', soft_wrap=True)
     out.print(Text(f'report: {folder / "report.html"}'), soft_wrap=True)
+    terminal.show_next(out, f'ur5 view {folder}', 'the arm in the browser')
     return YES if result.passed else NO
 
 
