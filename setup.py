@@ -17,7 +17,7 @@ def shared(folder: str, pattern: str) -> tuple[str, list[str]]:
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version='0.2.0',
     description='Simulated torque control of Universal Robots arms in ROS 2, with evidence',
     long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from ur5_ros.signals import Torque as Torque
     from ur5_ros.sim.plant import Plant as Plant
 
-__version__ = '0.1.0'
+__version__ = '0.2.0'
 
 #: Module -> the public names in it. A module is imported when one of its names is first used, so
 #: that a process loads only what it needs.

@@ -112,7 +112,8 @@ def test_package_xml_setup_py_changelog_and_citation_agree_on_the_version():
 def test_a_lock_names_plain_versions_and_nothing_of_where_they_come_from(name):
     lines = (ROOT / 'requirements' / name).read_text(encoding='utf-8').splitlines()
     pins = [line for line in lines if not line.startswith('#')]
-    assert pins and all(re.fullmatch(r'[A-Za-z0-9._-]+==[A-Za-z0-9.+!]+', pin) for pin in pins)
+    assert pins and all(re.fullmatch(r'[A-Za-z0-9._-]+==[A-Za-z0-9.+!]+'
+                                 r"(; python_version [<>]=? '3\.\d+')?", pin) for pin in pins)
 
 
 def test_the_runtime_lock_is_part_of_the_whole_lock():
