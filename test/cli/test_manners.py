@@ -13,7 +13,7 @@ from ur5_ros.cli.run import run
 
 COMMANDS = ('demo', 'warm-up', 'validate', 'compare', 'replay', 'resimulate', 'recontrol',
             'import', 'identify', 'excite', 'recover', 'sweep', 'view', 'render', 'urdf', 'arm',
-            'experiments', 'set', 'export')
+            'experiments', 'set', 'export', 'bench', 'grade')
 
 
 def test_help_of_every_command_fits_one_screen(ur5):
