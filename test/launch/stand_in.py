@@ -82,6 +82,8 @@ MODULES = {
     'launch_ros': {},
     'launch_ros.actions': {'Node': Node},
 }
+#: Where parameter files go until the interpreter ends.
+FILES = tempfile.TemporaryDirectory(prefix='launch_')
 #: Module of the package that keeps what it imported from launch.
 SHARED = 'ur5_ros.launcher.launch_file'
 
@@ -183,6 +185,7 @@ def evaluated(value):
 
 def parameter_file(section: str, values: dict) -> str:
     """Return the path of a file that holds parameters as launch_ros writes them, tags included."""
-    with tempfile.NamedTemporaryFile('w', prefix='launch_params_', delete=False) as file:
+    with tempfile.NamedTemporaryFile('w', prefix='launch_params_', dir=FILES.name,
+                                     delete=False) as file:
         yaml.dump({section: {'ros__parameters': values}}, file, default_flow_style=False)
     return file.name
