@@ -12,7 +12,7 @@ def reading_options(
 ) -> dict[str, Any]:
     """Return the arguments of ``load_run`` that were given; InputError for a wrong one."""
     from ur5_ros.analysis.data.options import check_effort_meaning, parse_topics
-    from ur5_ros.analysis.data.topics import ROLE_FIELDS
+    from ur5_ros.analysis.data.topic_roles import ROLE_FIELDS
     check_effort_meaning(effort)
     given = {
         'topics': parse_topics(topics, ROLE_FIELDS) or None, 'joint_prefix': joint_prefix,

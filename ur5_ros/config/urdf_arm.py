@@ -1,41 +1,26 @@
 """An arm from the URDF of a robot of the UR family: axes to a DH table, links to bodies."""
 
-import re
 from pathlib import Path
-from typing import Any, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 
+from ur5_ros.config.urdf_chain import (
+    UrdfJoint,
+    UrdfRobot,
+    fixed_to,
+    origin_of,
+    parse_urdf,
+    six_joints,
+)
 from ur5_ros.errors import InputError
 from ur5_ros.model.calibration import transform
 from ur5_ros.model.parameters import UR_TWIST, ArmParameters, Limits
-from ur5_ros.signals import JOINT_NAMES
-
-#: Largest URDF [bytes].
-MAX_BYTES = 20 << 20
 
 #: How far axes may be from parallel, perpendicular or intersecting [rad, m].
 ANGLE, DISTANCE = 1e-6, 1e-6
 
 #: Gravity in base where the robot stands upright [m/s^2].
 GRAVITY = (0.0, 0.0, -9.81)
-
-
-class _Joint(NamedTuple):
-    name: str
-    kind: str
-    parent: str
-    child: str
-    origin: np.ndarray
-    axis: np.ndarray
-    limit: dict[str, str]
-
-
-class _Robot(NamedTuple):
-    name: str
-    joints: list[_Joint]
-    links: dict[str, Any]
 
 
 def arm_of_urdf(path: Path, name: str | None = None) -> ArmParameters:
@@ -56,8 +41,8 @@ def arm_of_urdf(path: Path, name: str | None = None) -> ArmParameters:
         If it is no URDF, or of another kind of robot.
 
     """
-    robot = _parse(path)
-    chain = _six_joints(robot, path)
+    robot = parse_urdf(path)
+    chain = six_joints(robot, path)
     base = _base_frame(robot, chain[0])
     frames, poses = [], base
     for joint in chain:
@@ -87,112 +72,9 @@ def arm_of_urdf(path: Path, name: str | None = None) -> ArmParameters:
         raise InputError(f'{path}: {error}') from None
 
 
-def _parse(path: Path) -> _Robot:
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f'{path}: cannot be read: {error.strerror}') from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f'{path}: {len(data)} bytes; at most {MAX_BYTES} are read')
-    if b'<!DOCTYPE' in data or b'<!ENTITY' in data:
-        raise InputError(f'{path}: declares entities, which no URDF needs; remove them')
-    try:
-        root = ElementTree.fromstring(data)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(f'{path}: no XML: {error}') from None
-    if root.tag != 'robot':
-        raise InputError(f'{path}: no URDF: its root is <{root.tag[:40]}>, not <robot>')
-    if any('xacro' in each.tag for each in root.iter()) or b'${' in data:
-        raise InputError(f'{path}: a xacro file; expand it before: xacro {path.name} > arm.urdf')
-    joints = [_joint(each, path) for each in root.findall('joint')]
-    links = {str(each.get('name')): each for each in root.findall('link')}
-    name = re.sub(r'[^A-Za-z0-9_]', '_', root.get('name') or 'arm')
-    return _Robot(name, joints, links)
-
-
-def _joint(element: Any, path: Path) -> _Joint:
-    name = str(element.get('name'))
-    parent, child = element.find('parent'), element.find('child')
-    if parent is None or child is None:
-        raise InputError(f'{path}: joint {name!r} has no parent or no child')
-    axis_element, limit = element.find('axis'), element.find('limit')
-    axis = _three(axis_element, 'xyz', '1 0 0', f'{path}: joint {name!r}')
-    length = float(np.linalg.norm(axis))
-    return _Joint(name, str(element.get('type')), str(parent.get('link')), str(child.get('link')),
-                  _origin(element, f'{path}: joint {name!r}'), axis / (length or 1.0),
-                  {} if limit is None else dict(limit.attrib))
-
-
-def _three(element: Any, key: str, default: str, where: str) -> np.ndarray:
-    text = default if element is None else element.get(key, default)
-    try:
-        values = np.array([float(part) for part in text.split()])
-    except ValueError:
-        values = np.zeros(0)
-    if values.shape != (3,) or not np.isfinite(values).all():
-        raise InputError(f'{where}: {key}={text[:60]!r}; give three finite numbers')
-    return values
-
-
-def _origin(element: Any, where: str) -> np.ndarray:
-    origin = element.find('origin')
-    return transform(_three(origin, 'xyz', '0 0 0', where), _three(origin, 'rpy', '0 0 0', where))
-
-
-def _six_joints(robot: _Robot, path: Path) -> list[_Joint]:
-    """Return the six joints of the arm, with the fixed ones between them taken in."""
-    moving = [joint for joint in robot.joints if joint.kind in ('revolute', 'continuous')]
-    named = [joint for joint in moving if joint.name.endswith(JOINT_NAMES)]
-    if len(named) > 6:
-        raise InputError(f'{path}: {len(named)} joints of the six names: several arms; give the '
-                         'URDF of one')
-    arm = named if len(named) == 6 else moving
-    if len(arm) != 6:
-        raise InputError(f'{path}: {len(moving)} revolute joints, of the names '
-                         f'{", ".join(joint.name for joint in moving)[:120] or "-"}; an arm of '
-                         'the UR family has six')
-    before = {joint.child: joint for joint in robot.joints}
-    links = {joint.child: joint for joint in arm}
-    ordered: list[_Joint] = []
-    for joint in arm:
-        steps, link = joint.origin, joint.parent
-        while link not in links and link in before and before[link].kind == 'fixed':
-            if not any(other.child == before[link].child for other in arm):
-                steps, link = before[link].origin @ steps, before[link].parent
-        ordered.append(joint._replace(origin=steps if link in links else joint.origin,
-                                      parent=link if link in links else joint.parent))
-    first = [joint for joint in ordered if joint.parent not in links]
-    if len(first) != 1:
-        raise InputError(f'{path}: its six revolute joints are no single chain')
-    chain = first
-    while len(chain) < 6:
-        after = [joint for joint in ordered if joint.parent == chain[-1].child]
-        if len(after) != 1:
-            raise InputError(f'{path}: its six revolute joints are no single chain')
-        chain.append(after[0])
-    return chain
-
-
-def _fixed_to(robot: _Robot, link: str) -> dict[str, np.ndarray]:
-    """Return the links that are fixed to a link, itself too, with their poses in it."""
-    found, open_links = {link: np.eye(4)}, [link]
-    while open_links:
-        here = open_links.pop()
-        for joint in robot.joints:
-            if joint.kind != 'fixed':
-                continue
-            for child, parent, step in ((joint.child, joint.parent, joint.origin),
-                                        (joint.parent, joint.child,
-                                         np.linalg.inv(joint.origin))):
-                if parent == here and child not in found:
-                    found[child] = found[here] @ step
-                    open_links.append(child)
-    return found
-
-
-def _base_frame(robot: _Robot, first: _Joint) -> np.ndarray:
+def _base_frame(robot: UrdfRobot, first: UrdfJoint) -> np.ndarray:
     """Return the parent of the first joint as seen from ``base``; the same where there is none."""
-    for link, pose in _fixed_to(robot, first.parent).items():
+    for link, pose in fixed_to(robot, first.parent).items():
         if link == 'base' or link.endswith('_base') and 'link' not in link:
             return np.linalg.inv(pose)
     if first.parent.endswith('base_link'):  # REP-103: base is turned by half a turn
@@ -200,9 +82,9 @@ def _base_frame(robot: _Robot, first: _Joint) -> np.ndarray:
     return np.eye(4)
 
 
-def _tool(robot: _Robot, last: str) -> np.ndarray:
+def _tool(robot: UrdfRobot, last: str) -> np.ndarray:
     """Return ``tool0`` in the last moving link; the link itself where there is none."""
-    poses = _fixed_to(robot, last)
+    poses = fixed_to(robot, last)
     return next((pose for link, pose in poses.items() if link.endswith('tool0')), np.eye(4))
 
 
@@ -259,17 +141,17 @@ def _meet(p: np.ndarray, z: np.ndarray, q: np.ndarray, w: np.ndarray, which: tup
     return point
 
 
-def _body(robot: _Robot, link: str, frame: np.ndarray, dh: np.ndarray,
+def _body(robot: UrdfRobot, link: str, frame: np.ndarray, dh: np.ndarray,
           path: Path) -> tuple[float, np.ndarray, np.ndarray]:
     """Return mass, centre and tensor, in a DH frame, of a moving link and what is fixed to it."""
     to_dh = np.linalg.inv(dh) @ frame
     masses, centres, tensors = [], [], []
-    for name, pose in _fixed_to(robot, link).items():
+    for name, pose in fixed_to(robot, link).items():
         inertial = robot.links[name].find('inertial') if name in robot.links else None
         mass = inertial.find('mass') if inertial is not None else None
         if inertial is None or mass is None or float(mass.get('value', 0.0)) <= 0.0:
             continue
-        where = to_dh @ pose @ _origin(inertial, f'{path}: link {name!r}')
+        where = to_dh @ pose @ origin_of(inertial, f'{path}: link {name!r}')
         moments = inertial.find('inertia')
         xx, xy, xz, yy, yz, zz = (float(moments.get(key, 0.0)) if moments is not None else 0.0
                                   for key in ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz'))
@@ -289,7 +171,7 @@ def _body(robot: _Robot, link: str, frame: np.ndarray, dh: np.ndarray,
     return total, centre, 0.5 * (whole + whole.T)
 
 
-def _limits(chain: list[_Joint], path: Path) -> Limits:
+def _limits(chain: list[UrdfJoint], path: Path) -> Limits:
     lower, upper, velocity, effort = np.zeros((4, 6))
     for i, joint in enumerate(chain):
         try:

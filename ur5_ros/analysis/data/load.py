@@ -23,7 +23,7 @@ from ur5_ros.analysis.data.run import (
     States,
     total_effort,
 )
-from ur5_ros.analysis.data.topics import PART_NAMES
+from ur5_ros.analysis.data.topic_roles import PART_NAMES
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.signals import Reference

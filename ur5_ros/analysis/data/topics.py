@@ -6,43 +6,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.data.joint_names import prefixes_of, quoted, with_prefix
+from ur5_ros.analysis.data.joint_names import prefixes_of, quoted
 from ur5_ros.analysis.data.node_records import json_field
 from ur5_ros.analysis.data.options import ReadingOptions
+from ur5_ros.analysis.data.topic_roles import (
+    RAW_ROLES,
+    ROLE_ENDINGS,
+    ROLE_FIELDS,
+    ROLE_TYPES,
+    role_columns,
+)
 from ur5_ros.bag.arrays.columns import KINDS
 from ur5_ros.bag.reader import Bag
 from ur5_ros.bag.untyped import declare_by_content
 from ur5_ros.cdr.codec import decode
-from ur5_ros.config.topics import (
-    CONTROL_TOPICS,
-    ROBOT_TOPICS,
-    SIM_TOPICS,
-    WORLD_TOPICS,
-    by_role,
-)
 from ur5_ros.errors import BagError, InputError
 from ur5_ros.signals import JOINT_NAMES
 
 _JOINT_STATE = 'sensor_msgs/msg/JointState'
 
-
-#: Parts of a recorded torque, in the order of its columns.
-PART_NAMES = ('total', 'inertial', 'feedback', 'coriolis', 'gravity')
-
-#: Roles that are read -> fields that the messages must fill.
-ROLE_FIELDS: dict[str, tuple[str, ...]] = {
-    'joint_states': ('position',), 'joint_command': ('effort',),
-    'ground_truth': ('position', 'velocity'), 'torque_parts': ('effort',),
-    'reference': ('positions',), 'events': (), 'contact_effort': ('effort',), 'contacts': (),
-    'objects': (), 'motor_current': ('effort',), 'forward_command': ()}
-
-#: Roles that are no numbers by joint.
-_RAW = ('events', 'contacts', 'objects', 'forward_command')
-
-_DECLARED = by_role((*SIM_TOPICS, *WORLD_TOPICS, *CONTROL_TOPICS, *ROBOT_TOPICS))
-_TYPES = {role: _DECLARED[role].type for role in ROLE_FIELDS}
-#: How the name of a topic ends in bags that do not state its role.
-_ENDINGS = {role: _DECLARED[role].name.removeprefix('~') for role in ROLE_FIELDS}
 
 #: Messages that are decoded to learn what a topic holds.
 SAMPLE = 400
@@ -90,25 +72,15 @@ def find_topics(
         raise InputError(f'{bag.path}: its description names no topics; it is damaged')
     found: dict[str, FoundTopic] = {}
     if bag.description.get('node') and not options.topics and options.joint_prefix is None:
-        for role, expected in _TYPES.items():
+        for role, expected in ROLE_TYPES.items():
             name = stated.get(role)
             if isinstance(name, str) and name in bag.topics:
                 if bag.topics[name] != expected:
                     raise InputError(f'{bag.path}: topic {name} is {bag.topics[name]}, not '
                                      f'{expected}')
-                found[role] = FoundTopic(name, _columns(role, prefix or ''))
+                found[role] = FoundTopic(name, role_columns(role, prefix or ''))
         return found
     return _Search(bag, stated, options, remarks).all_roles()
-
-
-def _columns(role: str, prefix: str) -> list[str] | None:
-    """Return the names of the columns of a role."""
-    joints = with_prefix(prefix)
-    if role in _RAW:
-        return None
-    if role == 'torque_parts':
-        return [f'{part}/{joint}' for part in PART_NAMES for joint in joints]
-    return joints
 
 
 class _Search:
@@ -125,11 +97,11 @@ class _Search:
         """Return role -> topic."""
         states = self._states_topic()
         prefix = self._prefix(states)
-        found = {'joint_states': FoundTopic(states, _columns('joint_states', prefix))}
+        found = {'joint_states': FoundTopic(states, role_columns('joint_states', prefix))}
         for role in ROLE_FIELDS:
             topic = None if role == 'joint_states' else self._other(role, prefix, states)
             if topic is not None:
-                found[role] = FoundTopic(topic, _columns(role, prefix))
+                found[role] = FoundTopic(topic, role_columns(role, prefix))
         return found
 
     def forms(self, topic: str, type_name: str) -> Counter[_Form]:
@@ -161,13 +133,13 @@ class _Search:
 
     def _of_type(self, role: str) -> list[str]:
         """Return the topics of the role's type; one without a type by its name and content."""
-        expected = _TYPES[role]
+        expected = ROLE_TYPES[role]
         found = []
         for topic, type_name in list(self._bag.topics.items()):
             if type_name == expected:
                 found.append(topic)
             elif not type_name and expected in KINDS and (
-                    topic.endswith(_ENDINGS[role]) or topic in self._chosen.values()) and (
+                    topic.endswith(ROLE_ENDINGS[role]) or topic in self._chosen.values()) and (
                     declare_by_content(self._bag, topic, expected)):
                 self._remarks.append(f'{topic}: the file does not state its type; its messages '
                                      f'are read as {expected}')
@@ -184,7 +156,7 @@ class _Search:
                              f'{", ".join(sorted(bag.topics)) or "none"}')
         if topic not in self._of_type(role):
             raise InputError(f'{bag.path}: topic {topic} is {bag.topics[topic] or "of no type"}, '
-                             f'not {_TYPES[role]}; give another one: --topic {role}=NAME')
+                             f'not {ROLE_TYPES[role]}; give another one: --topic {role}=NAME')
         return topic
 
     def _states_topic(self) -> str:
@@ -198,7 +170,7 @@ class _Search:
                        if 'position' in form.fields and prefixes_of(form.names)]
             if holding:
                 filled = frozenset().union(*(form.fields for form, _ in holding))
-                ending = topic.endswith(_ENDINGS['joint_states'])
+                ending = topic.endswith(ROLE_ENDINGS['joint_states'])
                 candidates[topic] = (ending, len(filled), sum(count for _, count in holding))
         if not candidates:
             raise InputError(self._no_joints())
@@ -215,7 +187,7 @@ class _Search:
         topics = self._of_type('joint_states')
         if not topics:
             unread = [problem for topic, type_name in bag.topics.items()
-                      if topic.endswith(_ENDINGS['joint_states'])
+                      if topic.endswith(ROLE_ENDINGS['joint_states'])
                       for problem in _unreadable(bag, topic)]
             if unread:
                 return unread[0]
@@ -258,12 +230,12 @@ class _Search:
         """Return the topic of a role beside the joint states, None where there is none."""
         topic = self._stated_topic(role)
         if topic is not None and role in self._options.topics:
-            if role not in _RAW and not self._holds(topic, role, prefix):
+            if role not in RAW_ROLES and not self._holds(topic, role, prefix):
                 raise InputError(f'{self._bag.path}: no message on {topic} has '
                                  f'{" and ".join(ROLE_FIELDS[role])} of the six joints; give '
                                  f'another one: --topic {role}=NAME')
             return topic
-        ending = _ENDINGS[role]
+        ending = ROLE_ENDINGS[role]
         named = [each for each in sorted(self._bag.topics, key=len)
                  if each.endswith(ending) and each != states]
         typed = self._of_type(role)
@@ -271,7 +243,7 @@ class _Search:
             if topic not in typed:
                 kind = self._bag.topics[topic] or 'of no type'
                 self._remarks.append(f'{topic} is {kind}, so it is not {role}')
-            elif role in _RAW or self._holds(topic, role, prefix):
+            elif role in RAW_ROLES or self._holds(topic, role, prefix):
                 return topic
             else:
                 self._remarks.append(f'{topic} holds no {" and ".join(ROLE_FIELDS[role])} of the '
@@ -280,9 +252,9 @@ class _Search:
 
     def _holds(self, topic: str, role: str, prefix: str) -> bool:
         """Return whether messages of a topic hold the columns of a role, filled."""
-        columns, fields = set(_columns(role, prefix) or ()), set(ROLE_FIELDS[role])
+        columns, fields = set(role_columns(role, prefix) or ()), set(ROLE_FIELDS[role])
         return any(columns <= set(form.names) and fields <= form.fields
-                   for form in self.forms(topic, _TYPES[role]))
+                   for form in self.forms(topic, ROLE_TYPES[role]))
 
 
 def _unreadable(bag: Bag, topic: str) -> list[str]:
