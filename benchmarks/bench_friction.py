@@ -53,7 +53,7 @@ def main() -> None:
     figures = interleave({name: plant.seconds for name, plant in plants.items()},
                          1 if options.quick else options.repeats)
     times = {name: float(np.median(values)) for name, values in figures.items()}
-    publish('friction', 'A step of the plant', [
+    publish('friction', 'A step of a plant with friction', [
         Row('with every part of friction', 'a plain step', ratio(figures, 'every part', 'plain'),
             2.5, False, f'{times["every part"] * 1e6:.1f} against {times["plain"] * 1e6:.1f} us'),
         Row('with rotors and compensation as well', 'a plain step',
