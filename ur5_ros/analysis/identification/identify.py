@@ -96,6 +96,14 @@ def identify(
     InputError
         If no arm is known, torques are not recorded, or the motion excites too little.
 
+    Examples
+    --------
+    >>> from ur5_ros import identify, load_run, run_closed_loop, run_config
+    >>> _ = run_closed_loop(run_config('exciting', duration=12.0), folder='excited')
+    >>> found = identify([load_run('excited')])
+    >>> bool(found.test_rms.max() < 1e-9)  # [N m], on the part that was kept out of the fit
+    True
+
     """
     if not runs:
         raise InputError('no run given; give one or more')

@@ -21,13 +21,13 @@ def arm(urdf: Path | None, calibration: Path | None, name: str | None, out: Path
     if out.exists():
         raise InputError(f'{out} exists already; give another file')
     if calibration is not None:
-        from ur5_ros.config.calibration import calibrated_arm_text
+        from ur5_ros.config.foreign_arms.calibration import calibrated_arm_text
         text, sentences = calibrated_arm_text(calibration, name)
     else:
         assert urdf is not None
         if name is not None:
             raise InputError('--arm is for --calibration; a URDF describes its own arm')
-        from ur5_ros.config.urdf_arm import arm_of_urdf
+        from ur5_ros.config.foreign_arms.urdf_arm import arm_of_urdf
         found = arm_of_urdf(urdf, out.stem)
         source = f'URDF {urdf.name}'
         text = arm_file_text(found, f'Made of the URDF {urdf.name}.', source, source)

@@ -40,7 +40,7 @@ def recover(run: Path, out: Path | None, json: Path | None) -> int:
 
 def import_log(log: Path, out: Path, arm: str, columns: str | None) -> int:
     """Turn a robot's own log into a bag; see ``ur5 import --help``."""
-    from ur5_ros.analysis.data.robot_log import import_log as convert
+    from ur5_ros.analysis.data.logs.robot_log import import_log as convert
     for sentence in convert(log, out, arm, columns):
         print(sentence)
     return YES

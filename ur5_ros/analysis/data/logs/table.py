@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.data.log_columns import LARGEST, column_names, find_columns
+from ur5_ros.analysis.data.logs.columns import LARGEST, column_names, find_columns
 from ur5_ros.errors import InputError
 
 #: Largest log [bytes]: ten hours at 500 Hz are about this long.

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ur5_ros.config.urdf_chain import (
+from ur5_ros.config.foreign_arms.urdf_chain import (
     UrdfJoint,
     UrdfRobot,
     fixed_to,

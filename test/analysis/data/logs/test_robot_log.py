@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from ur5_ros.analysis.data.load import load_run
-from ur5_ros.analysis.data.log_table import read_table
-from ur5_ros.analysis.data.robot_log import COLUMNS, import_log
+from ur5_ros.analysis.data.logs.robot_log import COLUMNS, import_log
+from ur5_ros.analysis.data.logs.table import read_table
 from ur5_ros.analysis.identification.identify import identify
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics
 
-REAL = Path(__file__).resolve().parents[4] / 'shared' / 'real_ur5'
+REAL = Path(__file__).resolve().parents[5] / 'shared' / 'real_ur5'
 MOTIONS = ('motion3_fast', 'motion5_slow', 'motion6_long', 'motion7_short')
 
 

@@ -10,8 +10,8 @@ import yaml
 from ur5_ros.config import list_arms, load_arm
 from ur5_ros.config.arm_writer import arm_file_text
 from ur5_ros.config.arms import parse_arm
-from ur5_ros.config.calibration import calibrated_arm_text
-from ur5_ros.config.urdf_arm import arm_of_urdf
+from ur5_ros.config.foreign_arms.calibration import calibrated_arm_text
+from ur5_ros.config.foreign_arms.urdf_arm import arm_of_urdf
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.kinematics import forward_kinematics

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ur5_ros.analysis.data.log_columns import COLUMNS
-from ur5_ros.analysis.data.log_table import LogTable, read_table
+from ur5_ros.analysis.data.logs.columns import COLUMNS
+from ur5_ros.analysis.data.logs.table import LogTable, read_table
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.writer import BagWriter

@@ -1,0 +1,1 @@
+"""Arm files from what others have: a URDF, or a robot's calibration."""
