@@ -15,7 +15,7 @@ from ur5_ros.bench.probe import check_law
 from ur5_ros.bench.report import summary, write_report
 from ur5_ros.bench.runs import Job, do_jobs, jobs_of, largest_payload, row_of, run_of
 from ur5_ros.bench.scores import SCORES, scores_of
-from ur5_ros.bench.tuning import CANDIDATES, candidates, pareto_front, write_bench
+from ur5_ros.bench.tuning import candidates, pareto_front, write_bench
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.run_config import run_config
