@@ -33,7 +33,7 @@ def torque_to_hold(plant, witness):
 @pytest.mark.parametrize('pushed', [False, True], ids=['free', 'pushed'])
 def test_no_torque_is_unaccounted_for(plant_of, witness_of, name, imperfections, pushed):
     plant = plant_of(arm=name, physics_rate=1000, **imperfections)
-    given = plant.parameters
+    given = plant.parameters.by_name()
     witness = witness_of(loaded_arm(plant.arm, given['payload.mass'], given['payload.com']))
     if given['gravity']:
         witness.set_gravity(given['gravity'])

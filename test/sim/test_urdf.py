@@ -110,6 +110,7 @@ def test_three_engines_and_the_model_agree_on_the_dynamics(every_arm, witness_of
     text = urdf_text(arm)
     witness = witness_of(replace(arm, armature=np.zeros(6)))
     mj_model = mujoco.MjModel.from_xml_string(text)
+    mj_model.opt.gravity[:] = arm.gravity  # a URDF holds none
     mj_data = mujoco.MjData(mj_model)
     client = pybullet.connect(pybullet.DIRECT)
     try:
@@ -118,7 +119,7 @@ def test_three_engines_and_the_model_agree_on_the_dynamics(every_arm, witness_of
             file.flush()
             body = pybullet.loadURDF(file.name, useFixedBase=True, physicsClientId=client,
                                      flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
-        pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+        pybullet.setGravity(*arm.gravity, physicsClientId=client)
         for q in POSES:
             qd = RNG.uniform(-2.0, 2.0, 6)
             M, C, g = dynamics_terms(q + arm.angle_offset, qd, arm)
