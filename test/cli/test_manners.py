@@ -6,6 +6,7 @@ import pty
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -50,7 +51,11 @@ def test_a_defect_of_the_package_is_no_verdict(monkeypatch, capfd):
     monkeypatch.setattr('ur5_ros.viewer.view', lambda *_: 1 / 0)
     assert run(['view']) == 4
     text = capfd.readouterr().err
-    assert 'Traceback' in text and text.splitlines()[-1].startswith('ur5: internal error: Zero')
+    assert len(text.splitlines()) == 1
+    assert text.startswith('ur5: internal error (ZeroDivisionError: division by zero); ')
+    details = Path(re.search(r'written to (\S+?):? ', text)[1])
+    assert 'Traceback' in details.read_text()
+    details.unlink()
 
 
 def test_version_is_the_packages(ur5):

@@ -29,8 +29,11 @@ main(['sim_node', '--ros-args', '-p', 'stop_after:=0.5'])
 #: Wraps a node: changing the payload is an error in its code.
 BROKEN_CALLBACK = """
 from ur5_ros.sim.plant import Plant
+works = Plant.change
 def change(self, name, value):
-    raise ZeroDivisionError('injected')
+    if name == 'payload.mass':
+        raise ZeroDivisionError('injected')
+    works(self, name, value)
 Plant.change = change
 from ur5_ros.nodes.sim_node import main
 main(['sim_node'])

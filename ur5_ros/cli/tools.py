@@ -163,13 +163,6 @@ def export(
 
 
 @app.command()
-def arm() -> int:
-    """List the arms, a line each."""
-    from ur5_ros.cli.commands import lists
-    return lists.arms()
-
-
-@app.command()
 def experiments() -> int:
     """List the experiments, a line each."""
     from ur5_ros.cli.commands import lists

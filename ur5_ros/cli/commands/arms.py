@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from ur5_ros.cli.commands.lists import arms
 from ur5_ros.cli.exit_codes import YES
 from ur5_ros.errors import InputError
 
@@ -12,7 +13,7 @@ def arm(urdf: Path | None, calibration: Path | None, name: str | None, out: Path
         if out is not None or name is not None:
             raise InputError('an arm file is made of a file: give --urdf FILE or --calibration '
                              'FILE')
-        return _list()
+        return arms()
     if urdf is not None and calibration is not None:
         raise InputError('--urdf and --calibration: give one of the two')
     if out is None:
@@ -37,13 +38,4 @@ def arm(urdf: Path | None, calibration: Path | None, name: str | None, out: Path
     write_new_file(out, text)
     for sentence in (*sentences, f'written: {out}'):
         print(sentence)
-    return YES
-
-
-def _list() -> int:
-    from ur5_ros.config import list_arms, load_arm
-    for each in list_arms():
-        arm = load_arm(each)
-        print(f'{each}: {arm.mass.sum():.4g} kg, reach {abs(arm.a).sum() + arm.d[4]:.4g} m, '
-              f'rotor inertia {"yes" if arm.armature.any() else "no"}')
     return YES

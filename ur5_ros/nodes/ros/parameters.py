@@ -112,7 +112,9 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
     if parameter.choices:
         description += f' One of: {", ".join(parameter.choices)}.'
     descriptor = ParameterDescriptor(
-        name=parameter.name, description=description, read_only=not parameter.live)
+        name=parameter.name, description=description,
+        # an empty list is set after it is declared; what is not live is refused all the same
+        read_only=not parameter.live and 0 not in parameter.sizes)
     if type(parameter.default) is int:
         descriptor.integer_range = [IntegerRange(
             from_value=int(parameter.lower), to_value=int(parameter.upper))]
