@@ -28,6 +28,8 @@ main(['sim_node', '--ros-args', '-p', 'stop_after:=0.5'])
 
 #: Wraps a node: changing the payload is an error in its code.
 BROKEN_CALLBACK = """
+from ur5_ros.nodes.ros.start import begin_start
+begin_start()
 from ur5_ros.sim.plant import Plant
 works = Plant.change
 def change(self, name, value):
