@@ -71,6 +71,8 @@ def serve(
     """
     Let ``change(changes)`` have every live change; what it refuses is refused.
 
+    From here on what is not live is read-only; until then the start may set it.
+
     Parameters
     ----------
     node : rclpy.node.Node
@@ -103,6 +105,12 @@ def serve(
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
+    for each in parameters:
+        if not each.live:
+            descriptor = _descriptor(each)
+            descriptor.type = node.describe_parameter(each.name).type
+            descriptor.read_only = True
+            node.set_descriptor(each.name, descriptor)
     node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(judge)
 
@@ -112,9 +120,7 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
     if parameter.choices:
         description += f' One of: {", ".join(parameter.choices)}.'
     descriptor = ParameterDescriptor(
-        name=parameter.name, description=description,
-        # an empty list is set after it is declared; what is not live is refused all the same
-        read_only=not parameter.live and 0 not in parameter.sizes)
+        name=parameter.name, description=description)
     if type(parameter.default) is int:
         descriptor.integer_range = [IntegerRange(
             from_value=int(parameter.lower), to_value=int(parameter.upper))]
