@@ -7,6 +7,7 @@ from ur5_ros.analysis.report import palette
 from ur5_ros.analysis.report.palette import rgb
 from ur5_ros.sim.camera import Camera
 from ur5_ros.viewer.track import Track
+from ur5_ros.viewer.world_track import WorldTrack, force_arrows
 
 MEASURED, REFERENCE = rgb(palette.MEASURED), rgb(palette.REFERENCE)
 COLOURS = tuple(map(rgb, palette.JOINT_COLOURS))
@@ -28,10 +29,14 @@ class Frames:
         Height of the lower part [pixels].
     fine : int
         Pixels of the camera along each side of one of the picture; 2 makes edges smooth.
+    world : WorldTrack, optional
+        What stands around the arm, and the forces on it.
 
     """
 
-    def __init__(self, track: Track, camera: Camera, strips: int, fine: int = 1):
+    def __init__(self, track: Track, camera: Camera, strips: int, fine: int = 1,
+                 world: WorldTrack | None = None):
+        self._world = world
         self._track, self._camera, self._strips, self._fine = track, camera, strips, fine
         self._width, self._height = camera.width // fine, camera.height // fine
         self._measured = camera.pixels(track.tool) / fine
@@ -52,11 +57,13 @@ class Frames:
         track, width, height = self._track, self._width, self._height
         whole = Image.new('RGB', (width, height + self._strips), PAPER)
         whole.paste(self._ground, (0, 0))
-        arm = Image.fromarray(self._camera.cutout(track.q[row])).reduce(self._fine)
+        poses = None if self._world is None else self._world.poses(track.t[row])
+        arm = Image.fromarray(self._camera.cutout(track.q[row], poses)).reduce(self._fine)
         whole.paste(arm, (0, 0), arm)
         draw = ImageDraw.Draw(whole)
         self._path(draw, self._reference, REFERENCE)
         self._path(draw, self._measured[:row + 1], MEASURED)
+        self._forces(draw, track.t[row])
         text = f't = {track.t[row]:6.2f} s'
         if np.isfinite(track.tool_error[row]):
             text += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
@@ -74,6 +81,16 @@ class Frames:
             x = left + share * (right - left)
             draw.line([(x, height + top), (x, height + bottom)], INK, 1)
         return np.asarray(whole)
+
+    def _forces(self, draw: ImageDraw.ImageDraw, t: float) -> None:
+        """Draw the forces of contact, 10 mm a newton, normal and friction in their colours."""
+        if self._world is None:
+            return
+        lines, colours = force_arrows(self._world.contacts(t))
+        for line, colour in zip(lines, colours, strict=True):
+            ends = self._camera.pixels(line * [-1.0, -1.0, 1.0]) / self._fine  # base_link
+            draw.line([tuple(end) for end in ends.tolist()], tuple(colour[0].tolist()),
+                      max(2, self._size // 5))
 
     def _floor(self) -> Image.Image:
         """Return the floor as the camera sees it, with squares of a quarter of a metre."""

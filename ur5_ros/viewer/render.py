@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.config.worlds import NOTHING
 from ur5_ros.errors import InputError
 
 RATE = 25
@@ -72,16 +73,18 @@ def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: 
     from ur5_ros.sim.camera import Camera
     from ur5_ros.viewer.frame import Frames
     from ur5_ros.viewer.track import arm_of, drawable, track, tree_of
+    from ur5_ros.viewer.world_track import WorldTrack
 
     arm = drawable(arm_of(run))
     rows = track(run, tree_of(arm))
+    world = run.sim.world if run.sim else NOTHING
     # a video's own compression smooths edges; drawing them fine would take four times as long
     width, height, strips, fine = {
         '.png': (1200, 800, 220, 2), '.mp4': (800, 520, 160, 1),
         '.gif': (480, 320, 110, 2)}[out.suffix]
-    camera = Camera(arm, fine * width, fine * height)
+    camera = Camera(arm, fine * width, fine * height, world)
     try:
-        frames = Frames(rows, camera, strips, fine)
+        frames = Frames(rows, camera, strips, fine, WorldTrack(run))
         if out.suffix == '.png':
             _picture(frames.frame(len(rows.t) // 2), out)
         elif out.suffix == '.mp4':

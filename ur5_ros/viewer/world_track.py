@@ -1,0 +1,76 @@
+"""What the arm touches over a run: bodies, their poses, and forces as arrows; all in ``base``."""
+
+import numpy as np
+
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.cdr.contact_messages import ARROW_SCALE, ContactForce
+from ur5_ros.config.worlds import NOTHING, base_pose
+from ur5_ros.model.rotations import rotation_of_quaternion
+
+#: Colours of normal force and friction, as those of ``~/contacts``.
+NORMAL, FRICTION = (31, 119, 180), (230, 97, 1)
+
+
+class WorldTrack:
+    """
+    The bodies of a run's world, and the recorded poses and forces by time.
+
+    Parameters
+    ----------
+    run : Run
+        Whose world.
+
+    """
+
+    def __init__(self, run: Run):
+        world = NOTHING if run.sim is None else run.sim.world
+        self.bodies = world.bodies
+        """What stands there; :meth:`poses` has their order."""
+        self._start = np.array([base_pose(body, world.frame) for body in world.bodies])
+        self._free = [i for i, body in enumerate(world.bodies) if body.free]
+        self._objects = np.array([stamp for stamp, _ in run.objects], dtype=np.int64)
+        self._poses = [poses for _, poses in run.objects]
+        self._felt = np.array([stamp for stamp, _ in run.contact_forces], dtype=np.int64)
+        self._forces = [contacts for _, contacts in run.contact_forces]
+        self._first = int(run.stamp[0])
+
+    def poses(self, t: float) -> np.ndarray:
+        """Return the newest poses at a time since the first state [s], shape (n, 4, 4)."""
+        poses, row = self._start.copy(), self._row(self._objects, t)
+        if row >= 0:
+            for i, pose in zip(self._free, self._poses[row], strict=True):
+                poses[i, :3, :3] = rotation_of_quaternion(pose[3:])
+                poses[i, :3, 3] = pose[:3]
+        return poses
+
+    def contacts(self, t: float) -> list[ContactForce]:
+        """Return the newest forces at a time since the first state [s]."""
+        row = self._row(self._felt, t)
+        return self._forces[row] if row >= 0 else []
+
+    def _row(self, stamps: np.ndarray, t: float) -> int:
+        return int(np.searchsorted(stamps, self._first + round(t * 1e9), side='right')) - 1
+
+
+def force_arrows(contacts: list[ContactForce]) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the lines that stand for forces, 10 mm a newton, and their colours.
+
+    Parameters
+    ----------
+    contacts : list of ContactForce
+        Of one instant.
+
+    Returns
+    -------
+    points : numpy.ndarray, shape (2 n, 2, 3)
+        Begin and end of normal force and friction of each, in base [m].
+    colours : numpy.ndarray, shape (2 n, 2, 3)
+        Red, green, blue.
+
+    """
+    points = [[each.place, each.place + ARROW_SCALE * force]
+              for each in contacts for force in (each.normal, each.lateral)]
+    colours = [[colour, colour] for _ in contacts for colour in (NORMAL, FRICTION)]
+    return (np.array(points, dtype=np.float32).reshape(-1, 2, 3),
+            np.array(colours, dtype=np.uint8).reshape(-1, 2, 3))
