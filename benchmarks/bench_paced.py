@@ -24,6 +24,8 @@ REPEATS = 3
 #: A period that begins later than this after its time is late [ns].
 LATE = 1_000_000
 
+#: Real-time priority of the runs that have one.
+PRIORITY = 80
 #: A step on an idle core may take so much longer than the quickest [ns].
 STEP = 250_000
 
@@ -93,6 +95,41 @@ def clocks(plan: RunConfig) -> Clocks:
                   float(told['schedule_lost_s']))
 
 
+def may_schedule() -> bool:
+    """Return whether this user may give real-time priorities."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    except PermissionError:
+        return False
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    return True
+
+
+def with_priority(seconds: float, trips: int, repeats: int) -> dict[str, list[float]]:
+    """Return late share, p99 of the loop and p99 of the ping-pong, all with the priority [s]."""
+    found: dict[str, list[float]] = {'late': [], 'p99': [], 'p99 trips': []}
+    plan = run_config(duration=seconds, sim={'lockstep': False, 'realtime_priority': PRIORITY},
+                      control={'realtime_priority': PRIORITY})
+    for _ in range(repeats):
+        times = run(plan, pinned=False)
+        found['late'].append(late(times.states))
+        found['p99'].append(float(np.quantile(times.latency, 0.99)) * 1e-9)
+        found['p99 trips'].append(measure('wait_set', trips, priority=PRIORITY)['p99'])
+    return found
+
+
+def rows_with_priority(found: dict[str, list[float]], load: str) -> list[Row]:
+    """Return the rows of the runs with real-time priority."""
+    median = {name: float(np.median(values)) for name, values in found.items()}
+    return [
+        Row('share of late periods, realtime_priority 80', '0.1 %', median['late'] / 1e-3, 1.0,
+            False, f'{median["late"]:.3%}; asks for an idle machine' + load),
+        Row('p99 from a state to the arrival of its command, realtime_priority 80',
+            'p99 of the ping-pong, kept wait set, the same priority',
+            median['p99'] / median['p99 trips'], 2.0, False,
+            f'{median["p99"] * 1e6:.0f} against {median["p99 trips"] * 1e6:.0f} us' + load)]
+
+
 def main() -> None:
     """Measure and keep the table."""
     options = arguments(__doc__, REPEATS).parse_args()
@@ -108,6 +145,7 @@ def main() -> None:
         found['p99 trips'].append(measure('wait_set', trips)['p99'])
         found['p99 trips of objects'].append(measure('executor', trips)['p99'])
     long = clocks(run_config(duration=5.0 if options.quick else LONG, sim={'lockstep': False}))
+    prior = with_priority(seconds, trips, repeats) if may_schedule() else None
     median = {name: float(np.median(values)) for name, values in found.items()}
     load = f'; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores'
     one = 1.0 / (seconds * RATE)  # no share is below one period
@@ -135,7 +173,11 @@ def main() -> None:
             / max(long.found, long.simulated * RATE * 1e-3), 0.1, False,
             f'{long.counted} told; by the log times {long.surely} to {long.found} began more than '
             'half a period late'),
-    ], {'figures': found, 'clocks': long._asdict()}, keep=not options.quick)
+        *(rows_with_priority(prior, load) if prior else ()),
+    ], {'figures': found, 'with priority': prior, 'clocks': long._asdict()},
+        keep=not options.quick)
+    if prior is None:
+        print('Not measured: runs with realtime_priority; this user may not set it')
 
 
 if __name__ == '__main__':

@@ -151,7 +151,7 @@ def ping(node: Node, how: str, trips: int) -> tuple[list[float], int]:
 
 
 def measure(how: str, trips: int, core: int | None = None,
-            transports: str = 'loopback') -> dict[str, float]:
+            transports: str = 'loopback', priority: int = 0) -> dict[str, float]:
     """
     Return what a ping-pong in two fresh processes takes.
 
@@ -165,6 +165,8 @@ def measure(how: str, trips: int, core: int | None = None,
         Keep both processes on this core, scheduled as the nodes are there.
     transports : {'loopback', 'default'}
         The profile that the nodes use, or what Fast DDS does by itself.
+    priority : int, optional
+        Schedule both processes by SCHED_FIFO with this priority.
 
     Returns
     -------
@@ -173,7 +175,8 @@ def measure(how: str, trips: int, core: int | None = None,
         ``answered`` and ``lost`` count them.
 
     """
-    command = [sys.executable, __file__, '--how', how, '--trips', str(trips)]
+    command = [sys.executable, __file__, '--how', how, '--trips', str(trips),
+               '--priority', str(priority)]
     if core is not None:
         command += ['--core', str(core)]
     environment = private_environment()
@@ -190,10 +193,13 @@ def main() -> None:
     parser.add_argument('--how', choices=('executor', 'wait_set'), default='executor')
     parser.add_argument('--trips', type=int, default=5000)
     parser.add_argument('--core', type=int)
+    parser.add_argument('--priority', type=int, default=0)
     parser.add_argument('--pong', action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.core is not None:
         pin_to_core(str(options.core))
+    if options.priority:  # before the middleware starts its threads; the child inherits it
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(options.priority))
     if options.pong:
         pong(options.how)
     os.environ.setdefault('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))

@@ -19,19 +19,23 @@ os.execv(sys.executable, [sys.executable, '-m', 'ur5_ros.nodes.sim_node', *sys.a
 
 
 def policies(pid):
-    """Return the scheduling policy of each thread, the main thread's apart."""
-    threads = {int(task.name): os.sched_getscheduler(int(task.name)) & ~os.SCHED_RESET_ON_FORK
-               for task in Path(f'/proc/{pid}/task').iterdir()}
-    return threads.pop(pid), set(threads.values())
+    """Return the scheduling policies of the loop, of the receiving threads, and of the others."""
+    found = {'loop': set(), 'receiving': set(), 'other': set()}
+    for task in Path(f'/proc/{pid}/task').iterdir():
+        name = (task / 'comm').read_text()
+        part = ('loop' if task.name == str(pid) else
+                'receiving' if name.startswith(('dds.udp', 'dds.shm.7')) else 'other')
+        found[part].add(os.sched_getscheduler(int(task.name)) & ~os.SCHED_RESET_ON_FORK)
+    return found
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root may give real-time priorities here')
 @pytest.mark.parametrize('node', ['sim', 'control'])
-def test_the_loop_alone_has_the_priority(ros, node):
+def test_the_loop_and_what_hands_it_messages_have_the_priority_and_nothing_else(ros, node):
     process = ros.start(node, realtime_priority=20, bag='')
     process.says('runs with real-time priority 20')
-    main, others = policies(process.pid)
-    assert main == os.SCHED_FIFO and others == {os.SCHED_OTHER}
+    assert policies(process.pid) == {'loop': {os.SCHED_FIFO}, 'receiving': {os.SCHED_FIFO},
+                                     'other': {os.SCHED_OTHER}}
     assert int((Path(f'/proc/{process.pid}/status').read_text().split('VmLck:')[1]).split()[0]) > 0
     assert process.stop() == 0, process.text
 
