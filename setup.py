@@ -75,7 +75,7 @@ setup(
         'export': ['polars>=1', 'rerun-sdk>=0.24'],
         'view': ['viser>=1.1', 'imageio-ffmpeg>=0.5', 'pillow>=10'],
         'bench': ['eaik>=1.2', 'mujoco>=3', 'pin>=3', 'rosbags>=0.10', 'mcap-ros2-support>=0.5',
-                  'urchin'],
+                  'mcap-ros2-support-fast>=0.8', 'ssik>=8', 'urchin'],
         'test': ['colcon-common-extensions', 'hypothesis', 'import-linter', 'mypy', 'psutil',
                  'pre-commit', 'pytest', 'pytest-cov', 'pytest-timeout', 'pytest-xdist', 'ruff',
                  'types-pyyaml', 'build'],

@@ -1,4 +1,4 @@
-"""Reading and writing bags against rosbags, mcap-ros2-support, mcap and rclpy, side by side."""
+"""Reading and writing bags beside rosbags, both mcap-ros2-support, mcap and rclpy."""
 
 import gc
 import os
@@ -6,9 +6,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
+from rivals import optional
 from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.bag.reader import open_bag
@@ -23,6 +25,9 @@ MESSAGES = 1_000_000
 REPEATS = 3
 #: Messages handed over in one go when the cost of writing is measured.
 BURST = 20_000
+#: Other readers, and the module of the newest of them.
+PEERS = ('rosbags', 'mcap-ros2-support', 'mcap-ros2-support-fast')
+FAST = 'mcap_ros2_support_fast.decoder'
 
 
 def write_bag(folder: Path, messages: int) -> int:
@@ -63,15 +68,15 @@ def load_rosbags(folder: Path) -> float:
     return time.process_time() - start
 
 
-def load_mcap_ros2(folder: Path) -> float:
-    """Return the processor seconds in which mcap-ros2-support and a loop fill the same arrays."""
+def load_mcap_ros2(folder: Path, decoder: str = 'mcap_ros2.decoder') -> float:
+    """Return the processor seconds in which mcap, a decoder and a loop fill the same arrays."""
     from mcap.reader import make_reader
-    from mcap_ros2.decoder import DecoderFactory
+    factory = import_module(decoder).DecoderFactory
     start = time.process_time()
     stamp, position, velocity, effort = [], [], [], []
     for path in sorted(folder.glob('*.mcap')):
         with open(path, 'rb') as file:
-            reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+            reader = make_reader(file, validate_crcs=True, decoder_factories=[factory()])
             for _, _, _, state in reader.iter_decoded_messages(log_time_order=False):
                 stamp.append(state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec)
                 position.append(state.position)
@@ -179,20 +184,22 @@ def main() -> None:
         decoded = write_bag(folder, options.messages)
         write_bag(Path(name) / 'tenth', options.messages // 10)
         load_ours(folder)  # compiled code is loaded once a process
-        reading = interleave({
+        readers = {
             'ours': lambda: load_ours(folder),
             'a tenth': lambda: load_ours(Path(name) / 'tenth'),
             'rosbags': lambda: load_rosbags(folder),
             'mcap-ros2-support': lambda: load_mcap_ros2(folder),
-        }, options.repeats)
+        }
+        if optional(FAST):
+            readers['mcap-ros2-support-fast'] = lambda: load_mcap_ros2(folder, FAST)
+        reading = interleave(readers, options.repeats)
         memory = memory_of_loading(folder)
         figures = reading | interleave(
             writing(Path(name)), 1 if options.quick else 7)
     loading = f'loading {options.messages} JointState messages into arrays'
     rows = [
-        Row(f'speed of {loading}', 'rosbags', ratio(figures, 'rosbags', 'ours'), 20, True),
-        Row(f'speed of {loading}', 'mcap-ros2-support',
-            ratio(figures, 'mcap-ros2-support', 'ours'), 20, True),
+        *(Row(f'speed of {loading}', peer, ratio(figures, peer, 'ours'), 20, True)
+          for peer in PEERS if peer in figures),
         Row(f'time of {loading}', 'a tenth of them', ratio(figures, 'ours', 'a tenth'), 13, False),
         Row(f'peak memory of {loading}', 'their decoded size', memory / decoded, 3, False),
         Row('handing a message over to the writer', "mcap's add_message",

@@ -1,5 +1,5 @@
 """
-The model against Pinocchio and EAIK: ratios of times, measured side by side in one process.
+The model against Pinocchio, MuJoCo, EAIK and ssik, side by side in one process.
 
     python benchmarks/bench_model.py [--json FILE] [--quick]
 
@@ -24,6 +24,7 @@ import eaik.IK_DH
 import numpy as np
 import pinocchio as pin
 import side_by_side
+from rivals import mujoco_dynamics, ssik_kinematics
 
 from ur5_ros.config import load_arm
 from ur5_ros.model.dynamics import dynamics_terms, forward_dynamics, inverse_dynamics
@@ -95,7 +96,7 @@ def single_calls(arm: ArmParameters, rounds: int) -> list[Row]:
 
     pose = forward_kinematics(q, arm)
     robot = eaik.IK_DH.DhRobot(arm.alpha, arm.a, arm.d)
-    return [
+    rows = [
         compare('dynamics_terms (M, C, g)', 'pin.crba + computeCoriolisMatrix + '
                 'computeGeneralizedGravity', 0.55, lambda: dynamics_terms(q, qd, arm), three,
                 rounds, calls),
@@ -108,6 +109,19 @@ def single_calls(arm: ArmParameters, rounds: int) -> list[Row]:
         compare('inverse_kinematics, all branches', 'EAIK IK', 0.4,
                 lambda: inverse_kinematics(pose, arm), lambda: robot.IK(pose), rounds, calls),
     ]
+    mujoco = mujoco_dynamics(arm, q, qd, qdd)
+    if mujoco is not None:
+        rows += [
+            compare('inverse_dynamics', 'mujoco.mj_inverse', 0.5,
+                    lambda: inverse_dynamics(q, qd, qdd, arm), mujoco[0], rounds, calls),
+            compare('forward_dynamics', 'mujoco.mj_forward', 0.5,
+                    lambda: forward_dynamics(q, qd, qdd, arm), mujoco[1], rounds, calls),
+        ]
+    ssik = ssik_kinematics(q - arm.angle_offset, len(inverse_kinematics(pose, arm).q))
+    if ssik is not None:
+        rows.append(compare('inverse_kinematics, all branches', "ssik's prebuilt UR5", 0.1,
+                            lambda: inverse_kinematics(pose, arm), ssik, rounds, calls))
+    return rows
 
 
 def batches(arm: ArmParameters, rounds: int) -> list[Row]:

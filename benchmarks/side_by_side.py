@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 RESULTS = Path(__file__).parent / 'results'
-PACKAGES = ('numpy', 'numba', 'pybullet', 'mcap', 'rclpy', 'pin', 'eaik', 'mujoco', 'rosbags')
+PACKAGES = ('numpy', 'numba', 'pybullet', 'mcap', 'rclpy', 'pin', 'eaik', 'ssik', 'mujoco',
+            'rosbags', 'mcap-ros2-support', 'mcap-ros2-support-fast')
 
 
 class Row(NamedTuple):

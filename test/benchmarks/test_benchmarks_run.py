@@ -1,5 +1,7 @@
 """The benchmarks work: each cheap one runs to its table, and the page shows what is kept."""
 
+import importlib
+import importlib.util
 import json
 import os
 import subprocess
@@ -13,7 +15,7 @@ from ur5_ros.launcher.node_processes import private_environment
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / 'benchmarks'
-WITHOUT_ROS = ('contact', 'control', 'friction', 'loop_without_ros', 'sweep')
+WITHOUT_ROS = ('bag', 'contact', 'control', 'friction', 'loop_without_ros', 'sweep')
 WITH_ROS = ('recording', 'start', 'lockstep', 'profile')
 
 
@@ -31,6 +33,18 @@ def test_a_quick_benchmark_prints_its_table_and_keeps_nothing(name):
     out = run(f'bench_{name}.py', '--quick')
     assert '(bar ' in out
     assert {path: path.read_bytes() for path in FOLDER.glob('results/*.json')} == kept
+
+
+def test_what_is_not_compared_cannot_be_compared():
+    assert importlib.util.find_spec('pinocchio')
+    assert importlib.util.find_spec('pinocchio.casadi') is None, 'a row of bench_model.py now'
+
+
+def test_a_program_that_is_not_installed_is_left_out_with_one_line(monkeypatch, capsys):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    rivals = importlib.import_module('rivals')
+    assert rivals.optional('no_such_program.part') is None
+    assert capsys.readouterr().out.startswith('left out: no_such_program.part')
 
 
 def test_every_benchmark_has_a_quick_mode():
