@@ -98,8 +98,9 @@ bench: setup-all  ## figures as ratios to references measured in the same run
 faults: setup-all  ## every fault of the catalogue, and the scorecard
 	UR5_ROS_THOROUGH=1 $(PYTEST) test -q -m fault --scorecard=docs/faults.md $(ARGS) </dev/null
 
-evidence: setup-all  ## what takes long: 200 restarts of either node
-	UR5_ROS_THOROUGH=1 $(PYTEST) -q test/nodes/test_restarts.py $(ARGS) </dev/null
+evidence: setup-all  ## heavy tests at full length: restarts, kills, floods (ARGS="-k restart")
+	UR5_ROS_THOROUGH=1 $(PYTEST) test -q -m thorough --evidence=benchmarks/results/evidence.json $(ARGS) </dev/null
+	$(BIN)/python benchmarks/table.py
 
 sweep-proof: setup-all  ## 10,000 runs while workers, scheduler and sweep are killed (ARGS="--runs 500")
 	$(BIN)/python benchmarks/sweep_proof.py $(ARGS)

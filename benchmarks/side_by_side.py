@@ -89,8 +89,8 @@ def processor() -> str:
 
 
 def publish(name: str, title: str, rows: list[Row], extra: dict | None = None,
-            keep: bool = True) -> None:
-    """Print the table and keep it as ``results/<name>.json``."""
+            keep: bool = True, folder: Path = RESULTS) -> None:
+    """Print the table and keep it as ``<name>.json`` in a folder."""
     print(f'\n{title}')
     width = max(len(row.measured) for row in rows)
     for row in rows:
@@ -99,8 +99,8 @@ def publish(name: str, title: str, rows: list[Row], extra: dict | None = None,
               f'  (bar {sign} {row.bar:g}: {"met" if row.met else "MISSED"})  {row.detail}')
     if not keep:
         return
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / f'{name}.json').write_text(json.dumps({
+    folder.mkdir(exist_ok=True)
+    (folder / f'{name}.json').write_text(json.dumps({
         'title': title,
         'date': time.strftime('%Y-%m-%d', time.gmtime()),
         'machine': machine(),

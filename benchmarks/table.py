@@ -10,7 +10,8 @@ RESULTS = ROOT / 'benchmarks' / 'results'
 PAGE = ROOT / 'docs' / 'performance.md'
 #: Titles come in this order, others after them.
 ORDER = ('lockstep', 'profile', 'paced', 'recording', 'start', 'scaling', 'loop_without_ros',
-         'sweep', 'sweep_proof', 'control', 'analysis', 'identification', 'bag')
+         'sweep', 'sweep_proof', 'control', 'analysis', 'identification', 'bag', 'contact',
+         'friction', 'model_ur5', 'evidence')
 
 HEAD = """# Performance
 
@@ -84,10 +85,22 @@ def _more(result: dict[str, Any]) -> list[str]:
     if 'parts' in result:
         lines += ['', '| part of a period, both nodes | microseconds |', '|---|---|']
         lines += [f'| {name} | {cost * 1e6:.1f} |' for name, cost in result['parts'].items()]
+    if 'tests' in result:
+        lines += ['', '| test | | figures | s | day |', '|---|---|---|---|---|']
+        lines += [_test(name, found) for name, found in result['tests'].items()]
     for name, costs in result.get('seconds_a_period', {}).items():
         lines += ['', f'| {name} | microseconds a period |', '|---|---|']
         lines += [f'| {value} | {cost * 1e6:.0f} |' for value, cost in costs.items()]
     return lines
+
+
+def _test(nodeid: str, found: dict[str, Any]) -> str:
+    """Return the line of a test that ran at its full length."""
+    name = nodeid.removeprefix('test/').replace('|', '/')
+    figures = ', '.join(f'{key}: {value:.3g}' if isinstance(value, float) else f'{key}: {value}'
+                        for key, value in found['figures'].items())
+    return (f'| `{name}` | {found["outcome"]} | {figures} | {found["seconds"]:.0f} '
+            f'| {found["date"]} |')
 
 
 def read(folder: Path) -> list[dict[str, Any]]:

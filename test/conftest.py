@@ -2,9 +2,11 @@
 
 import json
 from collections import defaultdict
+from inspect import signature
 from pathlib import Path
 
 import pytest
+import thorough
 import yaml
 
 CATALOGUE = Path(__file__).parent / 'faults' / 'catalogue.yaml'
@@ -17,6 +19,8 @@ def pytest_addoption(parser):
     parser.addoption('--outcomes', metavar='FILE', action='append', default=[],
                      help='keep the outcomes of fault tests as JSON, beside those that are there; '
                           'once more for each part of a run in parts')
+    parser.addoption('--evidence', metavar='FILE', type=Path,
+                     help='keep what thorough tests found as JSON')
 
 
 #: Folders whose tests need neither ROS nor a process of their own, nor a core for themselves.
@@ -29,6 +33,8 @@ def pytest_collection_modifyitems(items):
         room = item.path.relative_to(REPO / 'test').parts[0]
         if room not in ALONE:
             item.add_marker('processes')
+        if 'times' in signature(getattr(item, 'function', print)).parameters:
+            item.add_marker('thorough')
 
 
 def pytest_configure(config):
@@ -36,6 +42,11 @@ def pytest_configure(config):
                             'of faults name')
     config.pluginmanager.register(Scorecard(
         config.getoption('--scorecard'), config.getoption('--outcomes')), 'scorecard')
+    evidence = config.getoption('--evidence')
+    if evidence and not hasattr(config, 'workerinput'):
+        if not thorough.THOROUGH:
+            raise pytest.UsageError('--evidence keeps tests at full length: set UR5_ROS_THOROUGH')
+        config.pluginmanager.register(thorough.Evidence(evidence), 'evidence')
 
 
 def catalogue() -> dict[int, dict[str, str]]:
@@ -136,6 +147,12 @@ def pytest_report_teststatus(report):
     if report.skipped and 'recordings of a real UR5' in str(report.longrepr):
         return 'left out without the recordings of a real UR5', 's', 'LEFT OUT'
     return None
+
+
+@pytest.fixture(scope='session')
+def times():
+    """Return how many times: ``times(quick, thorough)``; see test/thorough.py."""
+    return thorough.times
 
 
 @pytest.fixture(scope='session')

@@ -1,7 +1,6 @@
 """Right solutions get full marks on every seed; usual mistakes lose their line and are named."""
 
 import json
-import os
 import re
 import subprocess
 import sys
@@ -9,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from thorough import times
 
 from ur5_ros.course.grade import EXERCISES, exercise_named, grade, judge
 from ur5_ros.errors import InputError
@@ -16,7 +16,7 @@ from ur5_ros.errors import InputError
 HERE = Path(__file__).resolve().parent
 SOLUTIONS = HERE / 'solutions'
 STARTERS = HERE.parents[1] / 'docs/course/starters'
-SEEDS = range(20 if os.environ.get('UR5_ROS_THOROUGH') else 3)
+SEEDS = range(times(3, 20))
 DEGREES = 'degrees instead of radians'
 
 #: Exercise, what of the right solution is replaced by what, the line lost, the mistake named.
@@ -52,8 +52,10 @@ MISTAKES = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize('name', EXERCISES)
-def test_a_right_solution_gets_full_marks_on_every_seed(name):
+def test_a_right_solution_gets_full_marks_on_every_seed(name, record_property):
+    record_property('seeds', len(SEEDS))
     for seed in SEEDS:
         found = judge(exercise_named(name), str(SOLUTIONS / f'{name}.py'), seed)
         assert found['why'] == ''

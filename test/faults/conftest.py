@@ -1,7 +1,6 @@
 """Fixtures of the fault tests: a ROS domain of their own, and how thorough to be."""
 
 import json
-import os
 
 import pytest
 from long_run import LongRun
@@ -18,12 +17,6 @@ def ros(tmp_path):
     """A ROS domain of its own; see test/ros_processes.py."""
     with ros_domain(tmp_path) as domain:
         yield domain
-
-
-@pytest.fixture(scope='session')
-def times():
-    """Return how many times: ``times(quick, thorough)``; `make faults` sets UR5_ROS_THOROUGH."""
-    return lambda quick, thorough: thorough if os.environ.get('UR5_ROS_THOROUGH') else quick
 
 
 @pytest.fixture(scope='session', autouse=True)

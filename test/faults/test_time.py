@@ -127,6 +127,7 @@ def test_nodes_find_each_other_whoever_waits_for_whom(ros, first):
 
 
 @pytest.mark.timeout(3600)
+@pytest.mark.thorough
 @pytest.mark.fault(59)
 def test_over_many_periods_memory_and_files_do_not_grow(long_run, record_property):
     long_run.finish(3000.0)

@@ -1,9 +1,8 @@
 """The experiments with contact: the books balance on every plant, and the figures come out."""
 
-import os
-
 import numpy as np
 import pytest
+from thorough import times
 
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.result import FAIL
@@ -18,10 +17,10 @@ FRICTION = {'friction.coulomb': [2.0, 2.0, 1.0, 0.5, 0.5, 0.3],
 #: Arm, further parameters of the plant, physics steps a second.
 PLANTS = [('ur5', {}, 1000), ('ur5', {}, 4000), ('ur5_real', FRICTION, 1000),
           ('ur5_real', FRICTION, 4000)]
-#: Experiment, arm, parameters, physics rate, simulated time [s]; all of them: UR5_ROS_THOROUGH.
-CASES = [(name, *plant, None) for name in EXPERIMENTS for plant in PLANTS]
-if not os.environ.get('UR5_ROS_THOROUGH'):
-    CASES = [('tap_wall', 'ur5', {}, 1000, 1.2), ('push_block', 'ur5_real', FRICTION, 4000, 1.6)]
+#: Experiment, arm, parameters, physics rate, simulated time [s].
+CASES = times([('tap_wall', 'ur5', {}, 1000, 1.2),
+               ('push_block', 'ur5_real', FRICTION, 4000, 1.6)],
+              [(name, *plant, None) for name in EXPERIMENTS for plant in PLANTS])
 
 
 def verdict_of(experiment, arm, sim, physics_rate, duration=None, folder=None):
@@ -36,6 +35,7 @@ def contact_of(checks):
     return checks['residual, simulator arm'].value, checks['Coulomb cone'].verdict
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(('experiment', 'arm', 'sim', 'physics_rate', 'duration'), CASES)
 def test_the_books_balance_through_impact_sliding_and_friction(
         experiment, arm, sim, physics_rate, duration):

@@ -1,10 +1,10 @@
 """Friction that a joint has, and what a robot compensates of it: each made, each named apart."""
 
 import json
-import os
 
 import numpy as np
 import pytest
+from thorough import times
 
 from ur5_ros.analysis.data.run import NodeRecord, RecordedEvent, Run, States
 from ur5_ros.analysis.diagnosis.compensation import NAME
@@ -16,8 +16,8 @@ from ur5_ros.sim.plant import Plant
 
 
 def some(values):
-    """Return all values where UR5_ROS_THOROUGH is set, else the first one."""
-    return values if os.environ.get('UR5_ROS_THOROUGH') else values[:1]
+    """Return all values in a thorough run, else the first one."""
+    return times(values[:1], values)
 
 
 SEEDS = some([1, 2, 3])
@@ -40,6 +40,7 @@ def found(result):
     return [cause['kind'] for cause in result.causes]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize('seed', SEEDS)
 @pytest.mark.parametrize('size', some([0.5, 2.0, 5.0]))
 def test_stiction(looped, size, seed):
@@ -53,6 +54,7 @@ def test_stiction(looped, size, seed):
         assert 0.9 * made < each['value'] <= made * (1.0 + 1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize('seed', SEEDS)
 @pytest.mark.parametrize('size, velocity', some([(0.5, 0.2), (2.0, 0.1), (5.0, 0.3)]))
 def test_stribeck_friction(looped, size, velocity, seed):
@@ -64,6 +66,7 @@ def test_stribeck_friction(looped, size, velocity, seed):
     assert cause['joints']['shoulder_pan_joint']['value'] == pytest.approx(size, rel=1e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize('seed', SEEDS)
 @pytest.mark.parametrize('share', some([0.01, 0.03, 0.1]))
 def test_load_dependent_friction(looped, share, seed):
@@ -72,6 +75,7 @@ def test_load_dependent_friction(looped, share, seed):
     assert result.causes[0]['joints']['elbow_joint']['value'] == pytest.approx(share, rel=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize('seed', SEEDS)
 @pytest.mark.parametrize('share', [*some([0.9, 0.7, 0.5]), *some([1.1, 1.2, 1.3])])
 def test_under_and_over_compensation(looped, share, seed):
@@ -86,6 +90,7 @@ def test_under_and_over_compensation(looped, share, seed):
     assert check.verdict == ('fail' if share > 1.0 else 'pass')
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize('seed', SEEDS)
 def test_a_whole_compensation_is_neither_over_nor_under(looped, seed):
     result = validate(looped(sim=noisy(seed, **FRICTION, **{
