@@ -22,7 +22,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from ur5_ros.launcher.node_processes import _yaml, free_domain, private_environment
+from ur5_ros.launcher.node_processes import _yaml, claim_domain, private_environment
 
 SHARED_MEMORY = Path('/dev/shm')
 MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node',
@@ -109,10 +109,11 @@ class Ros:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        # held until the end: tests that run at the same time get other domains
+        self.domain, self._claim = claim_domain()
         self.environment = private_environment() | {
-            'ROS_DOMAIN_ID': str(free_domain()), 'ROS_LOG_DIR': str(folder / 'ros_log')}
+            'ROS_DOMAIN_ID': str(self.domain), 'ROS_LOG_DIR': str(folder / 'ros_log')}
         self.environment.pop('UR5_ROS_CORE', None)
-        self.domain = int(self.environment['ROS_DOMAIN_ID'])
         self.processes: list[Process] = []
         self._observers: list[Observer] = []
 
@@ -169,6 +170,7 @@ class Ros:
             observer.close()
         for process in self.processes:
             process.kill()
+        self._claim.close()
 
 
 class Observer:
