@@ -183,7 +183,8 @@ def test_the_shipped_gains_bring_the_arm_to_a_goal_through_held_torques():
     gains = file['arm_trajectory_controller']['ros__parameters']['gains']
     assert list(gains) == list(JOINT_NAMES)
     p, i, d = (np.array([each[name] for each in gains.values()]) for name in 'pid')
-    clamp = np.array([each['i_clamp'] for each in gains.values()])
+    lower, upper = (np.array([each[f'i_clamp_{end}'] for each in gains.values()])
+                    for end in ('min', 'max'))
     plant = Plant(load_arm('ur5'), {'control_rate': 500, 'physics_rate': 1000,
                                     'effort_convention': 'gravity_excluded'})
     start, integral = plant.state.q, np.zeros(6)
@@ -192,7 +193,7 @@ def test_the_shipped_gains_bring_the_arm_to_a_goal_through_held_torques():
         s = min(k / 1500, 1.0)
         share, rate = s**3 * (10 - 15 * s + 6 * s**2), 30 * s**2 * (1 - s)**2 / 3.0
         error = start + share * (goal - start) - plant.state.q
-        integral = np.clip(integral + i * error / 500, -clamp, clamp)
+        integral = np.clip(integral + i * error / 500, lower, upper)
         plant.step(p * error + integral + d * (rate * (goal - start) - plant.state.qd))
     plant.close()
     assert np.abs(plant.state.q - goal).max() < 0.02

@@ -133,6 +133,6 @@ def _compiled() -> Callable[..., int]:
 
 
 def prepare_kernels() -> None:
-    """Compile, or load, what friction and stops need; any thread may call it."""
+    """Compile, or load, what friction, stops and wrenches need; any thread may call it."""
     kernels().friction.prepare()
     _compiled()

@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rclpy.node import Node
 
 from ur5_ros.bag.description import describe
@@ -17,6 +18,8 @@ from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.topics import CONTROL_NODE, CONTROL_TOPICS
 from ur5_ros.control.controller import Controller, controller_from_parameters
 from ur5_ros.errors import InputError
+from ur5_ros.model.kinematics import forward_kinematics, jacobian, jacobian_rate
+from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.nodes.control.cycle import ControlCycle
 from ur5_ros.nodes.control.inputs import ControlInputs
 from ur5_ros.nodes.control.services import offer_services
@@ -74,6 +77,7 @@ class ControlNode:
         with compiling(self._logger):  # and planning, before anything is subscribed to
             controller = controller_from_parameters(
                 self.parameters, self.parameters.control_rate or None)
+            _prepare_kinematics(controller.arm)
         self.recording = Recording(
             self.parameters.bag, 'control', self.parameters.max_bagfile_duration,
             self.parameters.max_bagfile_size)
@@ -265,3 +269,11 @@ class ControlNode:
         self._logger.info(f'ends: {reason}')
         self.node.destroy_node()  # the others would list it for seconds otherwise
         return LOSS if lost or failure else DONE
+
+
+def _prepare_kinematics(arm: ArmParameters) -> None:
+    """Compile what paths, guards and the monitor need: no state may wait for it."""
+    q = np.zeros(6)
+    forward_kinematics(q, arm)
+    jacobian(q, arm)
+    jacobian_rate(q, q, arm)

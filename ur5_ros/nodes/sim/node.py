@@ -20,7 +20,7 @@ from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import WAITING_PERIOD, EverySecond, Throttle
 from ur5_ros.nodes.ros.parameters import declare, update
-from ur5_ros.nodes.ros.process import DONE, LOSS
+from ur5_ros.nodes.ros.process import DONE, LOSS, compiling
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
@@ -29,10 +29,11 @@ from ur5_ros.nodes.sim.diagnostics import check_publishers, counters, report
 from ur5_ros.nodes.sim.inputs import SimInputs
 from ur5_ros.nodes.sim.loop import SimLoop
 from ur5_ros.nodes.sim.services import StepQueue, offer_services
-from ur5_ros.nodes.sim.simulation import Simulation
+from ur5_ros.nodes.sim.simulation import Simulation, tool_rotation
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
+from ur5_ros.sim.integrator import prepare_kernels
 from ur5_ros.sim.plant import Plant, plant_from_parameters
 from ur5_ros.sim.urdf import urdf_text
 
@@ -66,7 +67,11 @@ class SimNode:
         self.stop = stop
         self.logger = self.node.get_logger()
         self.run_name = run_of(parameters.bag, new_run_name)
-        plant = plant_from_parameters(parameters)
+        with compiling(self.logger):
+            plant = plant_from_parameters(parameters)
+            if not parameters.lockstep:  # wall time goes on while anything is compiled later
+                prepare_kernels()
+                tool_rotation(plant)
         parameters = self.parameters = update(self.node, parameters, plant.parameters)
         self.recording = Recording(parameters.bag, 'sim', parameters.max_bagfile_duration,
                                    parameters.max_bagfile_size)
