@@ -13,7 +13,12 @@ BEYOND_THEORY = 1.25
 
 #: Parameters whose change makes another law.
 _LAW_PARAMETERS = {'kp', 'kd', 'ki', 'mode', 'torque_rate_limit', 'adaptation_rate',
-                   'boundary_layer', 'disturbance_observer', 'observer_gain'}
+                   'boundary_layer', 'disturbance_observer', 'observer_gain',
+                   'friction_feedforward', 'impedance.stiffness', 'impedance.damping',
+                   'impedance.inertia', 'impedance.frame'}
+
+#: Modes whose torque is a function of state, reference and parameters alone.
+_WITHOUT_MEMORY = ('computed_torque', 'pd', 'gravity_pd', 'impedance', 'cartesian_impedance')
 
 
 class Law(NamedTuple):
@@ -26,11 +31,20 @@ class Law(NamedTuple):
     gains: Gains
 
     @property
+    def mode(self) -> str:
+        """The law's name."""
+        return self.parameters.get('mode', 'computed_torque')
+
+    @property
+    def without_memory(self) -> bool:
+        """Whether its torque follows from state and reference alone."""
+        return (self.mode in _WITHOUT_MEMORY and not self.parameters.get('law_file')
+                and not self.parameters.get('disturbance_observer'))
+
+    @property
     def promised(self) -> bool:
         """Whether it is computed torque, which promises e'' + Kd e' + Kp e = 0."""
-        return (self.parameters.get('mode', 'computed_torque') == 'computed_torque'
-                and not self.parameters.get('law_file')
-                and not self.parameters.get('disturbance_observer'))
+        return self.without_memory and self.mode == 'computed_torque'
 
 
 def laws_of(run: Run) -> list[Law]:

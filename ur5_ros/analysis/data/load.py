@@ -23,6 +23,7 @@ from ur5_ros.analysis.data.run import (
     States,
     total_effort,
 )
+from ur5_ros.analysis.data.target_wrench import target_wrenches
 from ur5_ros.analysis.data.topic_roles import PART_NAMES
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
@@ -117,6 +118,8 @@ def load_run(
         problems=tuple(problems), remarks=tuple(remarks), dropped=found.dropped,
         jumps=found.jumps, folder=str(folder), current=_current(bags, stamp),
         follows_reference=bag.effort == 'target torque' and recorded is not None,
+        target_wrenches=tuple(wrench for each in bags if each.node == 'control'
+                              for wrench in target_wrenches(each, found.states)),
         **_answers(bags, bag, found, counts), **_contact(bags, stamp, sim))
     run = with_effort_meaning(run, effort)
     return replace(run, reference=given_reference(run, reference)) if reference else run

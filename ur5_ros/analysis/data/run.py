@@ -52,6 +52,15 @@ class ParameterChange(NamedTuple):
     """New values by name."""
 
 
+class TargetWrench(NamedTuple):
+    """A desired wrench of the tool on its surroundings."""
+
+    stamp: int
+    """Stamp of the first state whose answer it is part of [ns]."""
+    wrench: np.ndarray
+    """Force [N] and torque [N m] at the origin of ``tool0``, in base, shape (6,)."""
+
+
 def total_effort(states: States, parameters: Mapping[str, Any], arm: ArmParameters) -> States:
     """
     Return states whose effort is the whole torque that acted, whatever the drives report.
@@ -153,6 +162,8 @@ class Run:
     objects: tuple[tuple[int, np.ndarray], ...] = ()
     """Stamp [ns] and pose of every free body of the world, position [m] and quaternion (x, y, z,
     w) in base, shape (bodies, 7), likewise."""
+    target_wrenches: tuple[TargetWrench, ...] = ()
+    """Desired wrenches that the controller received, in order; before the first there is none."""
     effort_meaning: str = 'total'
     """What the recorded effort was stated to be: one of ``EFFORT_MEANINGS``."""
 
@@ -226,6 +237,12 @@ class Run:
         known = np.isfinite(self.truth.q).all(axis=1)[:, None]
         return States(*(np.where(known, true, published)
                         for true, published in zip(self.truth, self.states, strict=True)))
+
+    def target_wrench_at(self, rows: np.ndarray) -> np.ndarray:
+        """Return the desired wrench in the answers to some states, (m, 6) [N], [N m]."""
+        wrenches = np.vstack([np.zeros(6), *(each.wrench for each in self.target_wrenches)])
+        begins = np.array([each.stamp for each in self.target_wrenches], dtype=np.int64)
+        return wrenches[np.searchsorted(begins, self.stamp[rows], side='right')]
 
     def applied(self, rows: np.ndarray) -> np.ndarray:
         """

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.checks.law import law_torque
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.law_torque import law_torque
 from ur5_ros.analysis.laws import laws_of, promised_rows
 from ur5_ros.analysis.residual import command_defect
 from ur5_ros.analysis.result import Check, judge, not_applicable

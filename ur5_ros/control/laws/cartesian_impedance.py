@@ -99,10 +99,11 @@ def _torque(state: ArmState, reference: Reference, arm: ArmParameters, constants
 
 
 def limited_inverse(J: np.ndarray) -> np.ndarray:
-    """Return J^-1; near a singularity s/(s^2 + d^2) replaces 1/s (damped least squares)."""
+    """Return J^-1 (..., 6, 6); near a singularity s/(s^2 + d^2) replaces 1/s (damped)."""
     U, s, Vt = np.linalg.svd(J)
     damping = np.where(s < SMALLEST, SMALLEST**2 - s**2, 0.0)
-    return Vt.T @ ((s / (s**2 + damping))[:, None] * U.T)
+    return np.swapaxes(Vt, -1, -2) @ ((s / (s**2 + damping))[..., None]
+                                      * np.swapaxes(U, -1, -2))
 
 
 def inverse_is_limited(q: np.ndarray, arm: ArmParameters) -> bool:

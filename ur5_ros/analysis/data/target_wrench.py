@@ -1,0 +1,40 @@
+"""The desired wrenches that a controller received, and from which state on each acted."""
+
+from ur5_ros.analysis.data.bags import BagData
+from ur5_ros.analysis.data.node_records import messages_of
+from ur5_ros.analysis.data.run import States, TargetWrench
+from ur5_ros.cdr.codec import decode
+from ur5_ros.control.targets import wrench_in_base
+
+
+def target_wrenches(bag: BagData, states: States) -> tuple[TargetWrench, ...]:
+    """
+    Return the desired wrenches in a controller's bag, in order.
+
+    The controller takes one message after the other and records each when it has taken it: a
+    wrench acts on the answers to the states that were recorded after it.
+
+    Parameters
+    ----------
+    bag : BagData
+        Of the controller.
+    states : States
+        Of the run, for a wrench in the axes of the tool as it stood.
+
+    """
+    if bag.record is None or not bag.has('target_wrench') or not bag.has('joint_states'):
+        return ()
+    raw, received = bag.data['target_wrench'], bag.data['joint_states']
+    arm, prefix = bag.record.arm, str(bag.record.parameters.get('tf_prefix', ''))
+    found = []
+    for data, time in zip(messages_of(raw), raw.log_time.tolist(), strict=True):
+        first = int((received.log_time < time).sum())
+        if not 0 < first < len(received.stamp):
+            continue
+        message = decode('geometry_msgs/msg/WrenchStamped', data)
+        force, torque = ([message['wrench'][part][axis] for axis in 'xyz']
+                         for part in ('force', 'torque'))
+        row = min(first, len(states.q)) - 1
+        found.append(TargetWrench(int(received.stamp[first]), wrench_in_base(
+            force, torque, message['header']['frame_id'], prefix, states.q[row], arm)))
+    return tuple(found)
