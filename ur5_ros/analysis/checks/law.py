@@ -19,7 +19,7 @@ def law_check(run: Run, marks: Marks) -> Check:
     laws = [law for law in laws_of(run)
             if law.without_memory and not law.parameters.get('torque_rate_limit')]
     if not laws:
-        return not_applicable(name, 'a law with a memory, or another one: it is not computed again')
+        return not_applicable(name, 'a law with a memory, or a law_file: it is not computed again')
     answered = np.zeros(len(run.stamp), dtype=bool)
     for law in laws:
         answered[law.first:law.end] = True
