@@ -7,11 +7,13 @@ Ten thousand runs on two workers that are killed, as is the scheduler, as is the
 of their own.  At a sixth of the runs a worker is killed (SIGKILL), at a third the scheduler, at a
 half the sweep itself, at two thirds the other worker; each is started again, the sweep by the same
 command.  Afterwards every run has to be there once, the first of them with the bits of a sweep
-that nobody disturbed, and no process may have grown.
+that nobody disturbed, and no process may have grown.  Code that changes while it runs is refused:
+rows of two versions say nothing about the sweep.
 """
 
 import argparse
 import hashlib
+import json
 import os
 import socket
 import subprocess
@@ -212,6 +214,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.strip().partition('\n')[0])
     parser.add_argument('--runs', type=int, default=10_000)
     parser.add_argument('--again', type=int, default=1_000, help='runs that are repeated in peace')
+    parser.add_argument('--keep', action='store_true',
+                        help='keep the figures of fewer than 10,000 runs too')
     parser.add_argument('--judge', choices=('checks', 'metrics'), default='checks')
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix='ur5-sweep-proof-') as name:
@@ -222,6 +226,12 @@ def main() -> None:
         written = [index for part in sorted((sweep / 'parts').glob('*.parquet'))
                    for index in polars.read_parquet(part, columns=['index'])['index']]
         quiet = undisturbed(folder, min(options.again, options.runs), options.judge)
+        codes = {json.loads((each / 'software.json').read_text())['sources']
+                 for each in (sweep, folder / 'quiet')}
+    if len(codes) > 1:
+        print(f'The code changed while this ran: sources {" and ".join(sorted(codes))}. '
+              'Nothing is kept; run it again.')
+        sys.exit(2)
     grown = growth(told['memory'])
     digests = digest(table.head(quiet.height)), digest(quiet)
     statuses = dict(table['status'].value_counts().sort('status').iter_rows())
@@ -247,9 +257,10 @@ def main() -> None:
                              f'{found["end"]:.0f} MiB' for who, found in grown.items())),
     ]
     publish('sweep_proof', f'{options.runs} runs of 2 s at 1 kHz, workers, scheduler and sweep '
-            'killed', rows, {'killed': told['killed'], 'seconds': told['seconds'],
+            'killed', rows, {'runs': options.runs, 'compared': quiet.height,
+                             'killed': told['killed'], 'seconds': told['seconds'],
                              'statuses': statuses, 'sha256': digests[0], 'memory': grown},
-            keep=options.runs >= 10_000)
+            keep=options.keep or options.runs >= 10_000)
     sys.exit(0 if told['code'] == 0 and all(row.met for row in rows) else 1)
 
 

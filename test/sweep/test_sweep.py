@@ -15,7 +15,7 @@ import polars
 import pytest
 
 from ur5_ros.errors import InputError
-from ur5_ros.sweep.engine import batch_size, run_sweep
+from ur5_ros.sweep.engine import batch_size, lost_row, run_batch, run_sweep
 from ur5_ros.sweep.report import write_report
 from ur5_ros.sweep.run import check_success, plan_of, row_of
 from ur5_ros.sweep.spec import expand, load_sweep, number_of_runs, parse_sweep
@@ -211,6 +211,28 @@ def test_two_sweeps_do_not_work_in_one_folder(tmp_path):
         run_sweep(folder.spec, SweepFolder(tmp_path / 'sweep', spec_of()), workers=1)
     with folder.lock():
         assert folder.done() == set()
+
+
+def test_rows_of_other_code_are_not_mixed_with_those_of_this(alone, tmp_path):
+    folder = SweepFolder(tmp_path, spec_of())
+    folder.add([row_of(folder.spec, next(iter(expand(folder.spec))), None)])
+    software = json.loads((tmp_path / 'software.json').read_text())
+    assert {'sources', 'numpy', 'processor'} <= software.keys()
+    (tmp_path / 'software.json').write_text(json.dumps(software | {'sources': 'before'}))
+    with pytest.raises(InputError, match='computed by other code') as refused:
+        run_sweep(folder.spec, folder, workers=1)
+    assert '--out' in str(refused.value) and '\n' not in str(refused.value)
+    (tmp_path / 'software.json').write_text(json.dumps(software))
+    run_sweep(folder.spec, folder, workers=1)
+    assert folder.table().equals(alone)
+
+
+def test_a_worker_with_other_code_ends_the_sweep_and_not_its_rows():
+    spec = spec_of()
+    with pytest.raises(InputError, match='a worker has other code') as refused:
+        run_batch(spec, None, 'other', list(expand(spec)))
+    with pytest.raises(InputError, match='start it again'):
+        lost_row(next(iter(expand(spec))), refused.value)
 
 
 def test_a_folder_of_another_sweep_is_left_alone(tmp_path):

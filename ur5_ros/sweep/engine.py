@@ -7,6 +7,8 @@ from typing import Any
 
 from distributed import KilledWorker
 
+from ur5_ros.errors import InputError
+from ur5_ros.sweep.provenance import check_provenance, check_worker, sources
 from ur5_ros.sweep.run import inputs_of, row_of
 from ur5_ros.sweep.spec import RunSpec, SweepSpec, expand, number_of_runs
 from ur5_ros.sweep.table import SweepFolder
@@ -41,8 +43,8 @@ def run_sweep(
     Raises
     ------
     InputError
-        If no scheduler answers at the address, a scheduler that went away does not come back, or
-        another sweep works in the folder.
+        If no scheduler answers at the address, a scheduler that went away does not come back,
+        another sweep works in the folder, or other code computed its rows or runs on a worker.
 
     """
     with folder.lock():
@@ -57,14 +59,16 @@ def _run_the_rest(
     progress(len(done))
     if len(done) == number_of_runs(spec):
         return
+    check_provenance(folder.path, len(done))
     bags = str((folder.path / 'bags').absolute()) if spec.keep != 'none' else None
+    shared = (spec, bags, sources())
     timeout = WORKER_TIMEOUT
     with cluster(scheduler, workers) as address:
         while len(done) < number_of_runs(spec):
             todo = (run for run in expand(spec) if run.number not in done)
             with connected(address, timeout) as client:
                 timeout = RETRY_TIMEOUT
-                for rows in map_batches(client, run_batch, (spec, bags), todo, batch_size(spec),
+                for rows in map_batches(client, run_batch, shared, todo, batch_size(spec),
                                         lost_row):
                     folder.add(rows)
                     done.update(row['index'] for row in rows)
@@ -79,14 +83,18 @@ def batch_size(spec: SweepSpec) -> int:
     return max(1, min(_MOST_IN_TASK, round(PERIODS_IN_TASK / periods)))
 
 
-def run_batch(spec: SweepSpec, bags: str | None, runs: list[RunSpec]) -> list[dict[str, Any]]:
+def run_batch(spec: SweepSpec, bags: str | None, code: str,
+              runs: list[RunSpec]) -> list[dict[str, Any]]:
     """Return the rows of some runs: the task that travels to a worker."""
+    check_worker(code)
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')  # a run that diverges overflows; its row records it
         return [row_of(spec, run, Path(bags) if bags else None) for run in runs]
 
 
 def lost_row(run: RunSpec, error: BaseException) -> dict[str, Any]:
-    """Return the row of a run that could not be done."""
+    """Return the row of a run that could not be done; a worker that is refused ends the sweep."""
+    if isinstance(error, InputError):
+        raise error
     what = 'its worker died each time' if isinstance(error, KilledWorker) else repr(error)
     return inputs_of(run) | {'status': 'failed', 'success': False, 'why': what}

@@ -12,6 +12,7 @@ import polars
 
 from ur5_ros.config.records import as_data
 from ur5_ros.errors import InputError
+from ur5_ros.sweep.provenance import write_provenance
 from ur5_ros.sweep.run import METRICS
 from ur5_ros.sweep.spec import SweepSpec, parse_sweep
 
@@ -53,6 +54,7 @@ class SweepFolder:
         self.parts.mkdir(parents=True, exist_ok=True)
         if not file.exists():
             file.write_text(text, encoding='utf-8')
+            write_provenance(path)
 
     @contextmanager
     def lock(self) -> Iterator[None]:
