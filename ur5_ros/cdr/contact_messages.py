@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.cdr.codec import decode, encode
-from ur5_ros.cdr.layout import Layout
+from ur5_ros.cdr.fixed_messages import FixedStamped, encode_stamp
 
 #: Length of an arrow by the force that it stands for [m/N].
 ARROW_SCALE = 0.01
@@ -32,28 +32,14 @@ class ContactForce(NamedTuple):
     """Coefficient of the pair."""
 
 
-class FixedWrench:
-    """
-    geometry_msgs/WrenchStamped in one frame.
+class FixedWrench(FixedStamped):
+    """geometry_msgs/WrenchStamped in one frame."""
 
-    Parameters
-    ----------
-    frame_id : str
-        Written into the header.
-
-    """
-
-    def __init__(self, frame_id: str) -> None:
-        layout = Layout()
-        layout.slot('stamp', '<u4', 2)
-        layout.text(frame_id)
-        layout.slot('wrench', '<f8', 6)
-        self._layout = layout.close()
-        self.matches = layout.matches
+    field, length = 'wrench', 6
 
     def encode(self, stamp: int, wrench: np.ndarray) -> bytes:
         """Return the message: stamp [ns], force [N] and torque [N m], shape (6,)."""
-        return self._layout.fill(stamp_bytes(stamp), np.asarray(wrench, '<f8').tobytes())
+        return self.layout.fill(encode_stamp(stamp), np.asarray(wrench, '<f8').tobytes())
 
 
 def encode_markers(stamp: int, frame_id: str, contacts: Sequence[ContactForce]) -> bytes:
@@ -118,12 +104,6 @@ def decode_poses(data: bytes) -> tuple[int, np.ndarray]:
     rows = [[*(pose['position'][axis] for axis in 'xyz'),
              *(pose['orientation'][axis] for axis in 'xyzw')] for pose in message['poses']]
     return _stamp(message['header']), np.array(rows, dtype=float).reshape(-1, 7)
-
-
-def stamp_bytes(stamp: int) -> bytes:
-    """Return builtin_interfaces/Time of a stamp [ns]."""
-    seconds, nanoseconds = divmod(stamp, 1_000_000_000)
-    return seconds.to_bytes(4, 'little', signed=True) + nanoseconds.to_bytes(4, 'little')
 
 
 def _header(stamp: int, frame_id: str) -> dict[str, Any]:

@@ -25,11 +25,6 @@ _pack_stamp = _stamp.pack
 _AT_ONCE = bytes(8)  # builtin_interfaces/Duration
 
 
-def _stamp_bytes(stamp: int) -> bytes:
-    """Return builtin_interfaces/Time of a stamp in nanoseconds."""
-    return _stamp.pack(*divmod(stamp, NANOSECONDS))
-
-
 def _stamp_from(data: bytes) -> int:
     """Return the stamp [ns] at the start of a message, as written without its range checked."""
     seconds, nanoseconds = _stamp.unpack_from(data, 4)
@@ -185,23 +180,32 @@ class FixedTrajectoryPoint:
         return _stamp_from(data), q, qd, qdd, tau
 
 
-class FixedPose:
-    """geometry_msgs/PoseStamped in one frame."""
+class FixedStamped:
+    """A message of geometry_msgs: a header in one frame, and numbers."""
+
+    #: Name and length of the numbers.
+    field, length = '', 0
 
     def __init__(self, frame_id: str) -> None:
         layout = Layout()
         layout.slot('stamp', '<u4', 2)
         layout.text(frame_id)
-        layout.slot('pose', '<f8', 7)
+        layout.slot(self.field, '<f8', self.length)
         self.layout = layout.close()
         self.size = layout.size
         self.matches = layout.matches
+
+
+class FixedPose(FixedStamped):
+    """geometry_msgs/PoseStamped in one frame."""
+
+    field, length = 'pose', 7
 
     def encode(self, stamp: int, position, quaternion) -> bytes:
         """Return the message: stamp [ns], position (3,) [m], quaternion (4,) as x, y, z, w."""
         given = (_doubles(position), _doubles(quaternion))
         _check({'position': 3, 'quaternion': 4}, *given)
-        return self.layout.fill(_stamp_bytes(stamp), b''.join(given))
+        return self.layout.fill(encode_stamp(stamp), b''.join(given))
 
     def decode(self, data: bytes) -> tuple[int, np.ndarray, np.ndarray]:
         """Return (stamp [ns], position (3,), quaternion (4,) as x, y, z, w), read-only views."""
@@ -217,7 +221,7 @@ def encode_stamp(stamp: int) -> bytes:
 
 def encode_clock(stamp: int) -> bytes:
     """Return rosgraph_msgs/Clock of a stamp [ns] as CDR bytes."""
-    return LITTLE_ENDIAN + _stamp_bytes(stamp)
+    return LITTLE_ENDIAN + encode_stamp(stamp)
 
 
 def decode_clock(data: bytes) -> int:

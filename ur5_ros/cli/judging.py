@@ -96,9 +96,8 @@ def compare(
 ) -> int:
     """Compare two runs: where do they start to differ?"""
     from ur5_ros.cli.commands import judge
-    from ur5_ros.cli.reading import reading_options
-    given = reading_options(topic, joint_prefix, None, arm)
-    return judge.compare(run_a, run_b, json, {**given, 'keep_arm': True})
+    from ur5_ros.cli.reading import showing_options
+    return judge.compare(run_a, run_b, json, showing_options(topic, joint_prefix, arm))
 
 
 @app.command()

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ur5_ros.cli.options import Json
+from ur5_ros.cli.options import Json, Scheduler, Workers
 from ur5_ros.cli.typer_app import app
 
 
@@ -20,10 +20,8 @@ def bench(
     out: Annotated[Path | None, typer.Option(
         '-o', '--out', metavar='FOLDER', help='Where table and report go; bench by default.',
     )] = None,
-    scheduler: Annotated[str | None, typer.Option(
-        metavar='ADDRESS', help='Dask scheduler; all cores here if none is given.')] = None,
-    workers: Annotated[int | None, typer.Option(
-        metavar='N', help='Worker processes here; one a core if not given.')] = None,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
     gains: Annotated[Path | None, typer.Option(
         metavar='FILE', help='Gains that --tune found; those of the package by default.')] = None,
     tune: Annotated[Path | None, typer.Option(

@@ -36,3 +36,7 @@ ShownArm = Annotated[str | None, typer.Option(
     '--arm', metavar='NAME', autocompletion=arm_names, help='Arm, where the bag names none.')]
 Json = Annotated[Path | None, typer.Option('--json', metavar='FILE', help='Result as JSON.')]
 Html = Annotated[Path | None, typer.Option('--html', metavar='FILE', help='Report, one file.')]
+Scheduler = Annotated[str | None, typer.Option(
+    '--scheduler', metavar='ADDRESS', help='Dask scheduler; all cores here if none is given.')]
+Workers = Annotated[int | None, typer.Option(
+    '--workers', metavar='N', help='Worker processes here; one a core if not given.')]

@@ -21,6 +21,12 @@ def reading_options(
     return {key: value for key, value in given.items() if value is not None}
 
 
+def showing_options(topics: list[str] | None, joint_prefix: str | None,
+                    arm: str | None) -> dict[str, Any]:
+    """Return the same where the arm is used only if the bag names none."""
+    return {**reading_options(topics, joint_prefix, None, arm), 'keep_arm': True}
+
+
 def _gain(option: str, text: str | None) -> list[float] | None:
     if text is None:
         return None

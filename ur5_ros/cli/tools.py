@@ -12,8 +12,10 @@ from ur5_ros.cli.options import (
     JointPrefix,
     Json,
     Run,
+    Scheduler,
     ShownArm,
     Topics,
+    Workers,
     arm_names,
 )
 from ur5_ros.cli.typer_app import app
@@ -104,10 +106,8 @@ def sweep(
         metavar='FOLDER', help='The sweep folder that "report" draws.')] = None,
     out: Annotated[Path | None, typer.Option(
         '-o', '--out', metavar='FOLDER', help='Sweep folder; sweeps/NAME by default.')] = None,
-    scheduler: Annotated[str | None, typer.Option(
-        metavar='ADDRESS', help='Dask scheduler; all cores here if none is given.')] = None,
-    workers: Annotated[int | None, typer.Option(
-        metavar='N', help='Worker processes here; one a core if not given.')] = None,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
     only: Annotated[int | None, typer.Option(
         metavar='I', help='Repeat this one run and keep its bags.')] = None,
 ) -> int:
@@ -129,9 +129,8 @@ def view(
 ) -> int:
     """Show the arm in the browser."""
     from ur5_ros.cli.commands import pictures
-    from ur5_ros.cli.reading import reading_options
-    given = reading_options(topic, joint_prefix, None, arm)
-    return pictures.view(run, live, port, {**given, 'keep_arm': True})
+    from ur5_ros.cli.reading import showing_options
+    return pictures.view(run, live, port, showing_options(topic, joint_prefix, arm))
 
 
 @app.command()
@@ -145,9 +144,8 @@ def render(
 ) -> int:
     """Make a picture, a video or an animation, off screen."""
     from ur5_ros.cli.commands import pictures
-    from ur5_ros.cli.reading import reading_options
-    given = reading_options(topic, joint_prefix, None, arm)
-    return pictures.render(run, out, {**given, 'keep_arm': True})
+    from ur5_ros.cli.reading import showing_options
+    return pictures.render(run, out, showing_options(topic, joint_prefix, arm))
 
 
 @app.command()

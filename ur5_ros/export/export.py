@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.errors import InputError
 from ur5_ros.export.scene import write_scene
 from ur5_ros.export.table import columns_of, write_csv, write_parquet
+from ur5_ros.viewer.render import check_new_file
 
 KINDS = ('.csv', '.parquet', '.rrd')
 
@@ -37,9 +37,4 @@ def export(run: Run, out: Path) -> None:
 
 def check_name(out: Path) -> None:
     """Refuse a file that exists, an unknown ending, and a folder that is not there."""
-    if out.suffix not in KINDS:
-        raise InputError(f'{out}: unknown ending; give one of: {", ".join(KINDS)}')
-    if out.exists():
-        raise InputError(f'{out} exists; remove it or name another file')
-    if not out.absolute().parent.is_dir():
-        raise InputError(f'{out.absolute().parent}: no such folder; make it first')
+    check_new_file(out, KINDS)

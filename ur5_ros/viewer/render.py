@@ -1,6 +1,6 @@
 """A run as a picture or a video, made off screen: ``ur5 render``."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +43,9 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
         If the ending is unknown, the file exists, or the run cannot be read.
 
     """
-    out = _allowed(Path(out))
+    out = Path(out)
+    check_new_file(out, KINDS)
+    _require_packages()
     from ur5_ros.analysis.data.load import load_run
     return draw(load_run(run, **(reading or {})), out, progress)
 
@@ -97,20 +99,23 @@ def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: 
     return out
 
 
-def _allowed(out: Path) -> Path:
-    if out.suffix not in KINDS:
-        raise InputError(f'{out}: unknown ending; give one of: {", ".join(KINDS)}')
+def check_new_file(out: Path, kinds: Sequence[str]) -> None:
+    """Refuse a file that exists, an unknown ending, and a folder that is not there."""
+    if out.suffix not in kinds:
+        raise InputError(f'{out}: unknown ending; give one of: {", ".join(kinds)}')
     if out.exists():
         raise InputError(f'{out} exists; remove it or name another file')
     if not out.absolute().parent.is_dir():
         raise InputError(f'{out.absolute().parent}: no such folder; make it first')
+
+
+def _require_packages() -> None:
     try:
         import imageio_ffmpeg  # noqa: F401
         import PIL  # noqa: F401
     except ImportError:
         raise InputError('pictures need Pillow and imageio-ffmpeg; in the checkout: '
                          "make setup, or pip install '.[view]'") from None
-    return out
 
 
 def _rows(t: np.ndarray, rate: float, speed: float) -> np.ndarray:

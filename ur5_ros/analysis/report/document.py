@@ -7,11 +7,13 @@ import json
 from collections.abc import Sequence
 from functools import cache
 from html import escape
+from pathlib import Path
 from typing import Any
 
 from plotly.offline import get_plotlyjs
 
 from ur5_ros.analysis.report.page import SCRIPT, STYLE
+from ur5_ros.errors import InputError
 
 
 def html_document(
@@ -49,6 +51,14 @@ def html_document(
         f'<script type="text/plain" id="library">{_library()}</script>\n',
         f'<script>{SCRIPT}</script>\n</body>\n</html>\n',
     ])
+
+
+def write_document(text: str, path: str | Path) -> None:
+    """Write a page, over an older one; InputError if it cannot be written."""
+    try:
+        Path(path).write_text(text, encoding='utf-8')
+    except OSError as error:
+        raise InputError(f'{path}: the report cannot be written: {error.strerror}') from None
 
 
 def markup(value: Any) -> str:

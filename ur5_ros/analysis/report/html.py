@@ -4,37 +4,18 @@ import json
 from pathlib import Path
 from typing import Any
 
-from ur5_ros.analysis.report.document import html_document
+from ur5_ros.analysis.report.document import html_document, write_document
 from ur5_ros.analysis.report.document import markup as _text
 from ur5_ros.analysis.report.figures import Figure, figures
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, PASS, Check, Result
-from ur5_ros.errors import InputError
 
 #: Lines of events that a figure can carry.
 MARKS = 40
 
 
 def write_html(result: Result, path: str | Path) -> None:
-    """
-    Write the report of a result.
-
-    Parameters
-    ----------
-    result : Result
-        What :func:`ur5_ros.analysis.validate.validate` found.
-    path : str or pathlib.Path
-        File to write; an older one is replaced.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-
-    """
-    try:
-        Path(path).write_text(html_text(result), encoding='utf-8')
-    except OSError as error:
-        raise InputError(f'{path}: the report cannot be written: {error.strerror}') from None
+    """Write the report of a result, over an older one; InputError if it cannot be written."""
+    write_document(html_text(result), path)
 
 
 def html_text(result: Result) -> str:

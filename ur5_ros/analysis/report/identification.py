@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.identification.result import Identified, Prediction
-from ur5_ros.analysis.report.document import html_document, markup
+from ur5_ros.analysis.report.document import html_document, markup, write_document
 from ur5_ros.analysis.report.figures import Figure, curve, packed
 from ur5_ros.analysis.report.html import figure_data, figure_section
 from ur5_ros.analysis.report.palette import JOINT_COLOURS, MEASURED, REFERENCE, SHORT_NAMES
-from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
 
 #: Points that a scatter plot has of each joint.
@@ -19,26 +18,8 @@ POINTS = 600
 
 
 def write_identification_html(found: Identified, path: str | Path) -> None:
-    """
-    Write the report of an identification.
-
-    Parameters
-    ----------
-    found : Identified
-        What :func:`ur5_ros.analysis.identification.identify.identify` found.
-    path : str or pathlib.Path
-        File to write; an older one is replaced.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-
-    """
-    try:
-        Path(path).write_text(identification_html(found), encoding='utf-8')
-    except OSError as error:
-        raise InputError(f'{path}: the report cannot be written: {error.strerror}') from None
+    """Write the report of an identification; InputError if it cannot be written."""
+    write_document(identification_html(found), path)
 
 
 def identification_html(found: Identified) -> str:
