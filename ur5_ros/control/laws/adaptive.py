@@ -6,10 +6,9 @@ import numpy as np
 
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.gains import Gains
-from ur5_ros.control.laws.law import Law, model_terms, torque_of
+from ur5_ros.control.laws.law import model_terms, torque_of
 from ur5_ros.control.laws.slotine_li import (
-    check_sliding,
-    error_bandwidth,
+    SlidingLaw,
     error_energy,
     sliding_variable,
     square_root,
@@ -30,7 +29,7 @@ _ZERO = np.zeros(6)
 _STATES = 64
 
 
-class Adaptive(Law):
+class Adaptive(SlidingLaw):
     r"""
     :math:`\tau = Y \hat\pi - K s`, :math:`\dot{\hat\pi} = -\Gamma Y^T s`.
 
@@ -46,18 +45,18 @@ class Adaptive(Law):
 
     def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
         super().__init__(arm, gains, parameters)
-        self._bandwidth, self._root = error_bandwidth(gains), square_root(gains.kd)
+        self._root = square_root(gains.kd)
         self._base, scale = _structure(_Key(arm))
         self.adaptation = parameters.adaptation_rate * scale
         """Diagonal of Gamma, shape (b,)."""
         self.estimate = self._base.combination @ inertial_parameters(arm)
-        """Base parameters as they are believed now, shape (b,)."""
+        """Base parameters as they are estimated now, shape (b,)."""
 
     @classmethod
     def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
               control_rate: int) -> None:
         """Refuse gains or an adaptation that are unstable when sampled."""
-        check_sliding(parameters.mode, gains, arm, control_rate)
+        super().check(gains, parameters, arm, control_rate)
         fastest = float(np.linalg.eigvalsh(gains.kd).max()) / control_rate
         most = (4.0 - 2.0 * fastest) * control_rate**2 / _structure(_Key(arm))[0].columns.size
         if parameters.adaptation_rate >= most:
@@ -65,7 +64,7 @@ class Adaptive(Law):
                              f'{control_rate} Hz give less than {most:.4g} 1/s^2')
 
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
-        """Return the torque of the parameters as they are believed, after learning from s."""
+        """Return the torque of the estimated parameters, after learning from s."""
         s, v, a = sliding_variable(state, reference, self._bandwidth)
         inertial, coriolis, gravity = self._regressors(state, v, a)
         regressor = inertial + coriolis + gravity

@@ -1,17 +1,11 @@
 """Computed torque with an integral: what the model lacks is learnt where the arm stands still."""
 
-import numpy as np
-
-from ur5_ros.config.node_parameters import ControlParameters
-from ur5_ros.control.gains import Gains, definite_matrix
-from ur5_ros.control.laws.law import Law, model_terms, torque_of
-from ur5_ros.control.laws.pid import ErrorIntegral
-from ur5_ros.control.laws.stability import check_integral
-from ur5_ros.model.parameters import ArmParameters
+from ur5_ros.control.laws.law import model_terms, torque_of
+from ur5_ros.control.laws.pid import IntegralLaw
 from ur5_ros.signals import ArmState, Reference, Torque
 
 
-class ComputedTorqueIntegral(Law):
+class ComputedTorqueIntegral(IntegralLaw):
     r"""
     :math:`\tau = M (\ddot q^* - K_D \dot e - K_P e - K_I \int e\,dt) + C \dot q + g`.
 
@@ -20,20 +14,6 @@ class ComputedTorqueIntegral(Law):
     joint; with a wrong model no position error is left at rest.
 
     """
-
-    def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
-        super().__init__(arm, gains, parameters)
-        self._ki = definite_matrix('ki', parameters.ki)
-        self._integral = ErrorIntegral(arm.limits.effort)
-        self.reset = self._integral.reset  # type: ignore[method-assign]
-
-    @classmethod
-    def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
-              control_rate: int) -> None:
-        """Refuse gains that are unstable, in continuous time or sampled."""
-        super().check(gains, parameters, arm, control_rate)
-        check_integral(parameters.mode, gains, definite_matrix('ki', parameters.ki), np.eye(6),
-                       control_rate)
 
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
         """Return the torque; the integral is part of the feedback."""

@@ -1,5 +1,7 @@
 """What a law is: state and reference in, joint torque with its parts out."""
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 
 from ur5_ros.config.node_parameters import ControlParameters
@@ -13,7 +15,7 @@ _NO_WRENCH = np.zeros(6)
 _NO_WRENCH.flags.writeable = False
 
 
-class Law:
+class Law(ABC):
     """
     A control law with its memory.
 
@@ -42,9 +44,10 @@ class Law:
         """Refuse (InputError) what is unstable when sampled at ``control_rate`` [Hz]."""
         check_sampled(parameters.mode, gains, cls.weighed, arm, control_rate)
 
-    def reset(self) -> None:
+    def reset(self) -> None:  # noqa: B027  a law without memory has nothing to forget
         """Forget what was before: the next state is the first."""
 
+    @abstractmethod
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
         """
         Return the torque, gravity included.
@@ -59,7 +62,6 @@ class Law:
             Time since the state before [s]; 0 for the first.
 
         """
-        raise NotImplementedError
 
 
 def model_terms(state: ArmState, arm: ArmParameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

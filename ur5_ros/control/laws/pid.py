@@ -5,7 +5,7 @@ import numpy as np
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.gains import Gains, definite_matrix
 from ur5_ros.control.laws.law import Law, torque_of
-from ur5_ros.control.laws.stability import check_integral, check_sampled, home_inertia
+from ur5_ros.control.laws.stability import check_integral, home_inertia
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
 
@@ -30,16 +30,8 @@ class ErrorIntegral:
         return self.value
 
 
-class PID(Law):
-    r"""
-    :math:`\tau = -K_P e - K_D \dot e - K_I \int e\,dt`.
-
-    Arimoto and Miyazaki 1984.  Promise: an arm that comes to rest has no position error,
-    whatever gravity, payload and constant forces are: the integral carries them.
-
-    """
-
-    weighed = False
+class IntegralLaw(Law):
+    """A law with the gain ``ki`` on the integral of the error."""
 
     def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
         super().__init__(arm, gains, parameters)
@@ -51,9 +43,22 @@ class PID(Law):
     def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
               control_rate: int) -> None:
         """Refuse gains that are unstable, in continuous time or sampled."""
-        check_sampled(parameters.mode, gains, cls.weighed, arm, control_rate)
-        check_integral(parameters.mode, gains, definite_matrix('ki', parameters.ki),
-                       home_inertia(arm), control_rate)
+        super().check(gains, parameters, arm, control_rate)
+        inertia = np.eye(6) if cls.weighed else home_inertia(arm)
+        check_integral(parameters.mode, gains, definite_matrix('ki', parameters.ki), inertia,
+                       control_rate)
+
+
+class PID(IntegralLaw):
+    r"""
+    :math:`\tau = -K_P e - K_D \dot e - K_I \int e\,dt`.
+
+    Arimoto and Miyazaki 1984.  Promise: an arm that comes to rest has no position error,
+    whatever gravity, payload and constant forces are: the integral carries them.
+
+    """
+
+    weighed = False
 
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
         """Return the torque; all of it is feedback."""

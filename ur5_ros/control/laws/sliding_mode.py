@@ -4,8 +4,8 @@ import numpy as np
 
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.gains import Gains
-from ur5_ros.control.laws.law import Law, model_terms, torque_of
-from ur5_ros.control.laws.slotine_li import check_sliding, error_bandwidth, sliding_variable
+from ur5_ros.control.laws.law import model_terms, torque_of
+from ur5_ros.control.laws.slotine_li import SlidingLaw, sliding_variable
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
 
@@ -38,7 +38,7 @@ def layer_width(gains: Gains, boundary_layer: np.ndarray,
     return s, s * kd / kp
 
 
-class SlidingMode(Law):
+class SlidingMode(SlidingLaw):
     r"""
     :math:`\tau = M (a - K_D \Phi\,\mathrm{sat}(s / \Phi)) + C \dot q + g`.
 
@@ -50,14 +50,7 @@ class SlidingMode(Law):
 
     def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
         super().__init__(arm, gains, parameters)
-        self._bandwidth = error_bandwidth(gains)
         self._layer = np.broadcast_to(np.array(parameters.boundary_layer), (6,))
-
-    @classmethod
-    def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
-              control_rate: int) -> None:
-        """Refuse gains that are unstable when sampled."""
-        check_sliding(parameters.mode, gains, arm, control_rate)
 
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
         """Return the torque."""

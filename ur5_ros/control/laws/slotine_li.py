@@ -7,7 +7,6 @@ import numpy as np
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.gains import Gains
 from ur5_ros.control.laws.law import Law, model_terms, torque_of
-from ur5_ros.control.laws.stability import check_sampled
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
 
@@ -36,10 +35,19 @@ def sliding_variable(state: ArmState, reference: Reference,
     return SlidingVariable(state.qd - v, v, a)
 
 
-def check_sliding(mode: str, gains: Gains, arm: ArmParameters, control_rate: int) -> None:
-    """Refuse gains with which e'' + (KD + Lambda) e' + KP e = 0 is unstable when sampled."""
-    check_sampled(mode, Gains(gains.kp, gains.kd + error_bandwidth(gains)), True, arm,
-                  control_rate)
+class SlidingLaw(Law):
+    """A law of the sliding variable."""
+
+    def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
+        super().__init__(arm, gains, parameters)
+        self._bandwidth = error_bandwidth(gains)
+
+    @classmethod
+    def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
+              control_rate: int) -> None:
+        """Refuse gains with which e'' + (KD + Lambda) e' + KP e = 0 is unstable when sampled."""
+        super().check(Gains(gains.kp, gains.kd + error_bandwidth(gains)), parameters, arm,
+                      control_rate)
 
 
 def square_root(matrix: np.ndarray) -> np.ndarray:
@@ -72,7 +80,7 @@ def error_energy(state: ArmState, reference: Reference, arm: ArmParameters,
     return float(0.5 * s @ model_terms(state, arm)[0] @ s)
 
 
-class SlotineLi(Law):
+class SlotineLi(SlidingLaw):
     r"""
     :math:`\tau = M a + C v + g - K s`, K = KD^1/2 M KD^1/2.
 
@@ -83,13 +91,7 @@ class SlotineLi(Law):
 
     def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
         super().__init__(arm, gains, parameters)
-        self._bandwidth, self._root = error_bandwidth(gains), square_root(gains.kd)
-
-    @classmethod
-    def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,
-              control_rate: int) -> None:
-        """Refuse gains that are unstable when sampled."""
-        check_sliding(parameters.mode, gains, arm, control_rate)
+        self._root = square_root(gains.kd)
 
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
         """Return the torque; ``coriolis`` is C v."""
