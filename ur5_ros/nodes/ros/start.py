@@ -2,9 +2,42 @@
 
 import gc
 import os
+import sys
 from collections.abc import Sequence
+from importlib import import_module
 
+from ur5_ros.nodes.ros.environment import require_environment
 from ur5_ros.nodes.ros.shutdown import StopRequest
+
+
+def execute(program: str, purpose: str, parameters: Sequence[str], node: str,
+            arguments: Sequence[str] | None = None) -> None:
+    """
+    Run an executable: print its help, or be the node.
+
+    Parameters
+    ----------
+    program, purpose : str
+        As the help prints them.
+    parameters : sequence of str
+        Names of the declarations in ``config.parameters``.
+    node : str
+        ``module:class`` below ``ur5_ros.nodes``, imported after the signals are listened to.
+    arguments : sequence of str, optional
+        Command line, program name first; ``sys.argv`` by default.
+
+    """
+    if asks_for_help(sys.argv if arguments is None else arguments):
+        from ur5_ros.config import parameters as declared
+        from ur5_ros.nodes.ros.usage import usage
+        shown = {each.name: each for name in parameters for each in getattr(declared, name)}
+        print(usage(program, purpose, shown.values()))
+        return
+    stop = begin_start()
+    require_environment(arguments)
+    from ur5_ros.nodes.ros.process import run_node
+    module, name = node.split(':')
+    run_node(getattr(import_module(f'ur5_ros.nodes.{module}'), name), stop, arguments)
 
 
 def begin_start() -> StopRequest:
