@@ -24,24 +24,29 @@ HELD, FAILED = 1, 2
 
 
 @inlined
-def solve(A, b, free, L, x):
-    """Write x with A x = b on the free joints, by Cholesky's decomposition; leave the others."""
+def factor(A, free, L):
+    """Write Cholesky's factor of the free rows and columns of A (6, 6)."""
     for i in range(6):
-        if not free[i]:
-            continue
-        for j in range(i + 1):
-            if not free[j]:
-                continue
-            rest = A[i, j]
-            for m in range(j):
+        if free[i]:
+            for j in range(i + 1):
+                if free[j]:
+                    rest = A[i, j]
+                    for m in range(j):
+                        if free[m]:
+                            rest -= L[i, m] * L[j, m]
+                    L[i, j] = sqrt(rest) if i == j else rest / L[j, j]
+
+
+@inlined
+def substitute(L, free, b, x):
+    """Write x with L L^T x = b on the free joints; leave the others."""
+    for i in range(6):
+        if free[i]:
+            rest = b[i]
+            for m in range(i):
                 if free[m]:
-                    rest -= L[i, m] * L[j, m]
-            L[i, j] = sqrt(rest) if i == j else rest / L[j, j]
-        rest = b[i]
-        for m in range(i):
-            if free[m]:
-                rest -= L[i, m] * x[m]
-        x[i] = rest / L[i, i]
+                    rest -= L[i, m] * x[m]
+            x[i] = rest / L[i, i]
     for i in range(5, -1, -1):
         if free[i]:
             for m in range(i + 1, 6):
@@ -124,7 +129,8 @@ def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
             for j in range(6):
                 if not free[j]:
                     b[i] -= A[i, j] * delta[j]
-        solve(A, b, free, L, delta)
+        factor(A, free, L)
+        substitute(L, free, b, delta)
         for i in range(6):
             target[i] = qd[i] + delta[i]
         blocked = line_search(v, target, free, sign, level, lower, upper)

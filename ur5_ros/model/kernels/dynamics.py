@@ -120,26 +120,28 @@ def terms(q, qd, k, m, c, g):
     return 0
 
 
+@inlined
+def mass_column(h, e, w, u, lines):
+    """Return a column of M from the composite of the links beyond its joint."""
+    f, n = momentum(h, e, w, u)
+    return column(f, n, lines)
+
 
 @inlined
 def mass_columns(bodies_in_plane, lines, k):
     """Return the columns of M of one state, each down to the diagonal, and M11."""
     (h2, e2), (h3, e3), (h4, e4), (h5, e5), (h6, e6) = bodies_in_plane
     u3, u4, w5, u5, w6, u6 = lines
-    f, n = momentum(h6, e6, w6, u6)
-    c6 = column(f, n, lines)
+    c6 = mass_column(h6, e6, w6, u6, lines)
     h, e = add(h5, h6), six(e5, e6)
-    f, n = momentum(h, e, w5, u5)
-    c5 = column(f, n, lines)
+    c5 = mass_column(h, e, w5, u5, lines)
     h, e = add(h, h4), six(e, e4)
-    f, n = momentum(h, e, Z, u4)
-    c4 = column(f, n, lines)
+    c4 = mass_column(h, e, Z, u4, lines)
     h, e = add(h, h3), six(e, e3)
-    f, n = momentum(h, e, Z, u3)
-    c3 = column(f, n, lines)
+    c3 = mass_column(h, e, Z, u3, lines)
     h, e = add(h, h2), six(e, e2)
-    f, n = momentum(h, e, Z, NIL)
-    return e[0] + e[5] + k[SPIN] + k[ARMATURE], column(f, n, lines), c3, c4, c5, c6
+    c2 = mass_column(h, e, Z, NIL, lines)
+    return e[0] + e[5] + k[SPIN] + k[ARMATURE], c2, c3, c4, c5, c6
 
 
 @kernel(R1, R1, W2)

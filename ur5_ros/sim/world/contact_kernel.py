@@ -19,12 +19,12 @@ from ur5_ros.sim.integrator_kernel import (
     STEP_TIME,
     TOUCH,
     UPPER,
+    factor,
     prepare_step,
     solve_active_set,
+    substitute,
 )
 from ur5_ros.sim.world.contact_rows import (
-    factor,
-    substitute,
     write_body_responses,
     write_bounds,
     write_own_responses,
@@ -149,6 +149,8 @@ def contact_step(state, constants, k, bodies, points, last_points, last_force, f
             was_free[j], u[j] = free[j], qd[j] + delta[j]
         factor(M, free, L)
         for r in range(rows):
+            for j in range(6):
+                X[r, j] = 0.0
             substitute(L, free, J[r], X[r])
         write_own_responses(J, X, W)
         write_bodies(bodies, rotations, gravity, h, X, F, u)

@@ -106,39 +106,6 @@ def write_bounds(points, J, before, h, limit, give):
 
 
 @inlined
-def factor(M, free, L):
-    """Write Cholesky's factor of the free rows and columns of M (6, 6)."""
-    for i in range(6):
-        if free[i]:
-            for j in range(i + 1):
-                if free[j]:
-                    rest = M[i, j]
-                    for m in range(j):
-                        if free[m]:
-                            rest -= L[i, m] * L[j, m]
-                    L[i, j] = sqrt(rest) if i == j else rest / L[j, j]
-
-
-@inlined
-def substitute(L, free, b, x):
-    """Write x with L L^T x = b on the free joints and zero on the others."""
-    for i in range(6):
-        x[i] = 0.0
-        if free[i]:
-            rest = b[i]
-            for m in range(i):
-                if free[m]:
-                    rest -= L[i, m] * x[m]
-            x[i] = rest / L[i, i]
-    for i in range(5, -1, -1):
-        if free[i]:
-            for m in range(i + 1, 6):
-                if free[m]:
-                    x[i] -= L[m, i] * x[m]
-            x[i] /= L[i, i]
-
-
-@inlined
 def write_body_responses(J, X, bodies, rotations, h):
     """Write the change of the bodies' velocities for a unit force along each row."""
     for r in range(J.shape[0]):
