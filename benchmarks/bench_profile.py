@@ -29,6 +29,7 @@ from ur5_ros.nodes.ros.topics import ros_profile
 from ur5_ros.nodes.ros.wait_set_loop import WaitSetLoop
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
+from ur5_ros.sim.lockstep_gate import command_gate
 from ur5_ros.sim.plant import plant_from_parameters
 
 PERIODS = 4000
@@ -63,7 +64,7 @@ def parts_of_a_period(plan: RunConfig, periods: int, publish_bytes, take) -> dic
     lap = Laps()
     plant = plant_from_parameters(plan.sim)
     controller = controller_from_parameters(plan.control, 1000)
-    gate = CommandGate(JOINT_NAMES, plan.sim, time.monotonic)
+    gate = command_gate(JOINT_NAMES, plan.sim, time.monotonic)
     states = FixedJointState(JOINT_NAMES)
     commands = FixedJointState(JOINT_NAMES, fields=('effort',))
     points = FixedTrajectoryPoint(JOINT_NAMES)

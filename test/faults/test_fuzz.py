@@ -15,7 +15,7 @@ from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.messages import EffortReader, StateReader
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
-from ur5_ros.sim.command_gate import CommandGate
+from ur5_ros.sim.lockstep_gate import command_gate
 from ur5_ros.sim.plant import plant_from_parameters
 
 
@@ -25,7 +25,7 @@ def test_no_command_brings_the_plant_out_of_the_finite(times, record_property):
     dice, now = random.Random(1), [0.0]
     parameters = SimParameters.of({'lockstep_timeout': 0.0})
     plant = plant_from_parameters(parameters)
-    gate = CommandGate(list(JOINT_NAMES), parameters, clock=lambda: now[0])
+    gate = command_gate(list(JOINT_NAMES), parameters, clock=lambda: now[0])
     reader, limit = EffortReader(JOINT_NAMES), plant.arm.limits.effort
     gate.published(1)
     count, refused, taken = times(10_000, 100_000), 0, 0

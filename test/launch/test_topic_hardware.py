@@ -28,7 +28,7 @@ from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.signals import JOINT_NAMES, stamp_of_period
-from ur5_ros.sim.command_gate import CommandGate
+from ur5_ros.sim.lockstep_gate import command_gate
 from ur5_ros.sim.plant import Plant
 from ur5_ros.sim.urdf import urdf_text
 from ur5_ros.sim.urdf_ros2_control import with_ros2_control
@@ -146,7 +146,7 @@ def test_the_command_prints_the_tag_for_every_joint():
 
 
 def gate(**parameters):
-    return CommandGate(JOINT_NAMES, SimParameters.of(
+    return command_gate(JOINT_NAMES, SimParameters.of(
         {'lockstep': False, 'control_rate': 500, 'physics_rate': 1000} | parameters),
         time.monotonic)
 

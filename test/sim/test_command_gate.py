@@ -7,7 +7,7 @@ import pytest
 
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.signals import JOINT_NAMES, stamp_of_period
-from ur5_ros.sim.command_gate import CommandGate
+from ur5_ros.sim.lockstep_gate import command_gate
 
 COMMAND = 'joint_command'
 ARRAY = 'forward_effort_controller/commands'
@@ -29,7 +29,7 @@ def clock():
 
 
 def gate_of(clock, **given):
-    return CommandGate(JOINT_NAMES, SimParameters.of(given), clock)
+    return command_gate(JOINT_NAMES, SimParameters.of(given), clock)
 
 
 def stamp(k):

@@ -32,8 +32,8 @@ from ur5_ros.nodes.sim.services import StepQueue, offer_services
 from ur5_ros.nodes.sim.simulation import Simulation, tool_rotation
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.signals import JOINT_NAMES
-from ur5_ros.sim.command_gate import CommandGate
 from ur5_ros.sim.integrator import prepare_kernels
+from ur5_ros.sim.lockstep_gate import command_gate
 from ur5_ros.sim.plant import Plant, plant_from_parameters
 from ur5_ros.sim.urdf import urdf_text
 
@@ -80,8 +80,8 @@ class SimNode:
                                       (*SIM_TOPICS, *WORLD_TOPICS))
         self.outputs = SimOutputs(self.node, topics, self.recording, parameters, plant)
         self.simulation = Simulation(plant, self.outputs, self.logger, parameters)
-        self.gate = CommandGate([parameters.tf_prefix + name for name in JOINT_NAMES],
-                                parameters, time.monotonic)
+        self.gate = command_gate([parameters.tf_prefix + name for name in JOINT_NAMES],
+                                 parameters, time.monotonic)
         self.steps = StepQueue(self.node, self._loop)
         self.inputs = SimInputs(self._loop, topics, self.recording, self.simulation, self.gate,
                                 self.steps, parameters)
