@@ -128,6 +128,8 @@ CONTROL_TOPICS = (
 #: What a real robot's log is imported as, beside what ur5_control publishes.
 ROBOT_TOPICS = (
     Topic('motor_current', '~/motor_current', _JOINTS, True, 'A', 'measured motor currents'),
+    Topic('joint_temperature', '~/joint_temperature', 'std_msgs/msg/Float64MultiArray', True,
+          'deg C', 'six measured temperatures in joint order, once a second'),
 )
 
 

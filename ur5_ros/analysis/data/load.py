@@ -18,6 +18,7 @@ from ur5_ros.analysis.data.series import (
     first_bag,
     parts_of,
     reference_of,
+    temperature_of,
     truth_of,
 )
 from ur5_ros.analysis.data.target_wrench import target_wrenches
@@ -103,6 +104,7 @@ def load_run(
         events=tuple(event for each in bags for event in each.events), counts=counts,
         problems=tuple(problems), remarks=tuple(remarks), dropped=found.dropped,
         jumps=found.jumps, folder=str(folder), current=current_of(bags, stamp),
+        temperature=temperature_of(bags, stamp),
         follows_reference=bag.effort == 'target torque' and recorded is not None,
         target_wrenches=tuple(wrench for each in bags if each.node == 'control'
                               for wrench in target_wrenches(each, found.states)),

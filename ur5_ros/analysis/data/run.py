@@ -154,6 +154,8 @@ class Run:
     """Whether the effort is a robot's own target torque, which belongs to the reference."""
     current: np.ndarray | None = None
     """Motor currents [A], shape (n, 6), of a real robot's log."""
+    temperature: np.ndarray | None = None
+    """Temperatures of the joints [deg C], shape (n, 6), of a real robot's log."""
     contact: np.ndarray | None = None
     """Joint torque of all contacts in each physics step up to each state [N m], shape (n,
     substeps, 6); None without a world."""

@@ -7,6 +7,7 @@ import numpy as np
 from ur5_ros.analysis.data.bags import BagData
 from ur5_ros.analysis.data.contact import contact_rows, contact_series
 from ur5_ros.analysis.data.node_records import messages_of
+from ur5_ros.analysis.data.order_pairing import efforts_of_arrays
 from ur5_ros.analysis.data.rows import FIELDS
 from ur5_ros.analysis.data.run import NodeRecord, States
 from ur5_ros.analysis.data.topic_roles import PART_NAMES
@@ -74,6 +75,20 @@ def parts_of(bags: list[BagData], stamp: np.ndarray) -> dict[str, np.ndarray]:
 def current_of(bags: list[BagData], stamp: np.ndarray) -> np.ndarray | None:
     """Return the motor currents [A]; None where none are recorded."""
     return _efforts(bags, 'motor_current', ('robot', '', 'sim', 'control'), stamp)
+
+
+def temperature_of(bags: list[BagData], stamp: np.ndarray) -> np.ndarray | None:
+    """Return the temperatures of the joints [deg C], between those recorded."""
+    bag = first_bag(bags, 'joint_temperature', ('robot', '', 'sim', 'control'))
+    if bag is None:
+        return None
+    columns = bag.data['joint_temperature']
+    recorded = efforts_of_arrays(columns)
+    whole = np.isfinite(recorded).all(axis=1)
+    if not whole.any():
+        return None
+    return np.column_stack([np.interp(stamp, columns.log_time[whole], part)
+                            for part in recorded[whole].T])
 
 
 def contact_of(bags: list[BagData], stamp: np.ndarray, sim: NodeRecord | None) -> dict[str, Any]:

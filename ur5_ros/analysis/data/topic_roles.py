@@ -17,11 +17,12 @@ ROLE_FIELDS: dict[str, tuple[str, ...]] = {
     'joint_states': ('position',), 'joint_command': ('effort',),
     'ground_truth': ('position', 'velocity'), 'torque_parts': ('effort',),
     'reference': ('positions',), 'events': (), 'contact_effort': ('effort',), 'contacts': (),
-    'objects': (), 'motor_current': ('effort',), 'forward_command': (),
-    'target_wrench': ()}
+    'objects': (), 'motor_current': ('effort',), 'joint_temperature': (),
+    'forward_command': (), 'target_wrench': ()}
 
 #: Roles that are no numbers by joint.
-RAW_ROLES = ('events', 'contacts', 'objects', 'forward_command', 'target_wrench')
+RAW_ROLES = ('events', 'contacts', 'objects', 'joint_temperature', 'forward_command',
+             'target_wrench')
 
 _DECLARED = by_role((*SIM_TOPICS, *WORLD_TOPICS, *CONTROL_TOPICS, *ROBOT_TOPICS))
 ROLE_TYPES = {role: _DECLARED[role].type for role in ROLE_FIELDS}

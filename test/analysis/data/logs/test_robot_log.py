@@ -68,7 +68,8 @@ def at(line, change):
 
 
 @pytest.mark.parametrize('spoil, says', [
-    (at(0, lambda line: line.replace('q_actual_3', 'q_actual_x')), 'no columns q_actual_1..6'),
+    (at(0, lambda line: line.replace('q_actual_3', 'q_actual_x')), 'no column q_actual_3 '),
+    (lambda lines: [line.replace('q_actual', 'p') for line in lines], 'no columns q_actual_1..6'),
     (at(0, lambda line: line.replace('t,', 'clock,', 1)), 'no column t or timestamp or time'),
     (at(0, lambda line: line.replace('q_target_2', 'q_target_1')), 'stands twice'),
     (lambda lines: lines[1:], 'have no names; name them.*--columns'),

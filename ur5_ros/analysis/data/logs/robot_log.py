@@ -9,7 +9,12 @@ from ur5_ros.analysis.data.logs.table import LogTable, read_table
 from ur5_ros.bag.description import describe
 from ur5_ros.bag.fingerprint import fingerprint
 from ur5_ros.bag.writer import BagWriter
-from ur5_ros.cdr.fixed_messages import FixedJointState, FixedPose, FixedTrajectoryPoint
+from ur5_ros.cdr.fixed_messages import (
+    FixedJointState,
+    FixedPose,
+    FixedTrajectoryPoint,
+    encode,
+)
 from ur5_ros.config import CONTROL_PARAMETERS, arm_text, complete, load_arm
 from ur5_ros.config.topics import CONTROL_NODE, CONTROL_TOPICS, ROBOT_TOPICS, by_role
 from ur5_ros.errors import InputError
@@ -19,7 +24,10 @@ from ur5_ros.signals import JOINT_NAMES
 __all__ = ['COLUMNS', 'import_log']
 
 _TOPICS = by_role((*CONTROL_TOPICS, *ROBOT_TOPICS))
-_ROLES = ('joint_states', 'reference', 'motor_current', 'tool_pose')
+_ROLES = ('joint_states', 'reference', 'motor_current', 'joint_temperature', 'tool_pose')
+
+#: Temperatures are written this often [s]; a joint needs minutes to warm up.
+TEMPERATURE_PERIOD = 1.0
 
 
 def import_log(
@@ -122,6 +130,7 @@ def _write(table: LogTable, log: Path, out: Path, arm: str, text: str) -> None:
     writer = BagWriter(out, description, max_duration=0.0, blocking=True)
     with writer:
         topics = {role: writer.topic(names[role], _TOPICS[role].type) for role in _ROLES}
+        warm = _temperature_rows(table)
         for k, stamp in enumerate(stamps.tolist()):
             parts = dict(zip(filled, (column[k] for column in columns), strict=True))
             writer.write(topics['joint_states'], stamp, state.encode(stamp, **parts))
@@ -131,6 +140,9 @@ def _write(table: LogTable, log: Path, out: Path, arm: str, text: str) -> None:
             if 'current' in values:
                 writer.write(topics['motor_current'], stamp,
                              current.encode(stamp, (), (), values['current'][k]))
+            if k in warm:
+                writer.write(topics['joint_temperature'], stamp, encode(
+                    _TOPICS['joint_temperature'].type, {'data': values['temperature'][k]}))
             if 'tool' in values:
                 writer.write(topics['tool_pose'], stamp, pose.encode(
                     stamp, values['tool'][k][:3], _quaternion(values['tool'][k][3:])))
@@ -138,6 +150,14 @@ def _write(table: LogTable, log: Path, out: Path, arm: str, text: str) -> None:
         writer.note('summary', {'reason': f'imported from {log.name}', 'periods': len(stamps)})
     if writer.failure:
         raise InputError(f'{out}: {writer.failure}')
+
+
+def _temperature_rows(table: LogTable) -> set[int]:
+    """Return the rows whose temperatures are written: the first one of each period."""
+    if 'temperature' not in table.values:
+        return set()
+    period = (table.t - table.t[0]) // TEMPERATURE_PERIOD
+    return set(np.unique(period, return_index=True)[1].tolist())
 
 
 def _quaternion(vector: np.ndarray) -> np.ndarray:
