@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from ur5_ros.analysis.data.answers import efforts_of_arrays, pair_by_order
+from ur5_ros.analysis.data.answers import pair_by_order
 from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.data.series import efforts_of_arrays
 from ur5_ros.bag.arrays.columns import RawColumns
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.cdr.codec import encode

@@ -6,9 +6,14 @@ import numpy as np
 
 from ur5_ros.analysis.data.bags import BagData
 from ur5_ros.analysis.data.rows import StateRows
-from ur5_ros.analysis.data.series import FROM_SIM, aligned, first_bag, matching_rows
-from ur5_ros.bag.arrays.columns import Columns, RawColumns
-from ur5_ros.cdr.codec import decode
+from ur5_ros.analysis.data.series import (
+    FROM_SIM,
+    aligned,
+    efforts_of_arrays,
+    first_bag,
+    matching_rows,
+)
+from ur5_ros.bag.arrays.columns import Columns
 
 
 def answers_of(bags: list[BagData], states_bag: BagData, states: StateRows,
@@ -141,14 +146,3 @@ def hold_by_order(states: Columns, stamp: np.ndarray, commands: Columns,
         if acting is not None and stamp[row] - acting_stamp <= oldest:
             held[row] = acting
     return held
-
-
-def efforts_of_arrays(raw: RawColumns) -> np.ndarray:
-    """Return the torques of std_msgs/Float64MultiArray messages, shape (n, 6); NaN for others."""
-    efforts = np.full((len(raw.log_time), 6), np.nan)
-    for i, (begin, end) in enumerate(zip(raw.offsets[:-1].tolist(), raw.offsets[1:].tolist(),
-                                         strict=True)):
-        message = decode('std_msgs/msg/Float64MultiArray', raw.data[begin:end].tobytes())
-        if len(message['data']) == 6:
-            efforts[i] = message['data']
-    return efforts

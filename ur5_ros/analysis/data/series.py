@@ -7,10 +7,11 @@ import numpy as np
 from ur5_ros.analysis.data.bags import BagData
 from ur5_ros.analysis.data.contact import contact_rows, contact_series
 from ur5_ros.analysis.data.node_records import messages_of
-from ur5_ros.analysis.data.order_pairing import efforts_of_arrays
 from ur5_ros.analysis.data.rows import FIELDS
 from ur5_ros.analysis.data.run import NodeRecord, States
 from ur5_ros.analysis.data.topic_roles import PART_NAMES
+from ur5_ros.bag.arrays.columns import RawColumns
+from ur5_ros.cdr.codec import decode
 from ur5_ros.signals import Reference
 
 #: Nodes whose bag is preferred for what the simulator, and what the law, publishes.
@@ -89,6 +90,17 @@ def temperature_of(bags: list[BagData], stamp: np.ndarray) -> np.ndarray | None:
         return None
     return np.column_stack([np.interp(stamp, columns.log_time[whole], part)
                             for part in recorded[whole].T])
+
+
+def efforts_of_arrays(raw: RawColumns) -> np.ndarray:
+    """Return the numbers of std_msgs/Float64MultiArray messages, shape (n, 6); NaN for others."""
+    efforts = np.full((len(raw.log_time), 6), np.nan)
+    for i, (begin, end) in enumerate(zip(raw.offsets[:-1].tolist(), raw.offsets[1:].tolist(),
+                                         strict=True)):
+        message = decode('std_msgs/msg/Float64MultiArray', raw.data[begin:end].tobytes())
+        if len(message['data']) == 6:
+            efforts[i] = message['data']
+    return efforts
 
 
 def contact_of(bags: list[BagData], stamp: np.ndarray, sim: NodeRecord | None) -> dict[str, Any]:
