@@ -42,6 +42,11 @@ def arm_file_text(arm: ArmParameters, description: str, links: str, rest: str) -
         lines += ['friction:'] if name == 'viscous' else []
         lines += [f'  {name}:', f'    source: {quoted}',
                   f'    value: {numbers(getattr(arm.friction, name))}']
+    motors = {name: value for name in ('torque_constant', 'unexplained_torque')
+              if (value := getattr(arm, name)) is not None}
+    lines += ['motors:'] if motors else []
+    for name, value in motors.items():
+        lines += [f'  {name}:', f'    source: {quoted}', f'    value: {numbers(value)}']
     return '\n'.join(lines) + '\n'
 
 

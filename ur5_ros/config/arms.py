@@ -80,6 +80,11 @@ class _Friction(Record, frozen=True, kw_only=True):
     asymmetry: _Sourced | None = None
 
 
+class _Motors(Record, frozen=True, kw_only=True):
+    torque_constant: _Sourced | None = None
+    unexplained_torque: _Sourced | None = None
+
+
 class _ArmFile(Record, frozen=True, kw_only=True):
     name: str
     description: str
@@ -94,6 +99,7 @@ class _ArmFile(Record, frozen=True, kw_only=True):
     payload: _Payload = _Payload()
     calibration: _Calibration | None = None
     friction: _Friction = _Friction()
+    motors: _Motors = _Motors()
     tool: list[Solid] = []
 
 
@@ -223,6 +229,8 @@ def _arm_record(data: Any, source: str) -> ArmParameters:
             friction=JointFriction(**{
                 name: np.array(part.value) for name in file.friction.__struct_fields__
                 if (part := getattr(file.friction, name)) is not None}),
+            **{name: np.array(part.value) for name in file.motors.__struct_fields__
+               if (part := getattr(file.motors, name)) is not None},
         )
     except ValueError as error:
         raise InputError(f'{source}: {error}') from None

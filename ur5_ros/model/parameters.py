@@ -74,6 +74,11 @@ class ArmParameters:
     table; see :mod:`ur5_ros.model.calibration`."""
     friction: JointFriction = field(default_factory=JointFriction)
     """What resists the joints' motion; no term of eq (6), which knows no friction."""
+    torque_constant: np.ndarray | None = None
+    """Joint torque that a motor current makes [N m/A], shape (6,); None where not known."""
+    unexplained_torque: np.ndarray | None = None
+    """Torque that model and friction left unexplained where nothing touched the arm, RMS [N m],
+    shape (6,); None where not known."""
 
     def __post_init__(self):
         _check(self)
@@ -187,6 +192,12 @@ def _check(arm: ArmParameters) -> None:
     if np.any(arm.armature < 0.0):
         raise ValueError(f'{arm.name}: armature holds {arm.armature.min()} kg m^2; '
                          'give zero or more')
+    for name in ('torque_constant', 'unexplained_torque'):
+        value = getattr(arm, name)
+        if value is not None and not (value.shape == (6,) and (value > 0.0).all()
+                                      and np.isfinite(value).all()):
+            raise ValueError(f'{arm.name}: {name} is {value.tolist()}; give six numbers above '
+                             'zero')
     _check_payload(arm)
     _check_limits(arm)
     _check_calibration(arm)

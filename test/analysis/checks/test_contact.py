@@ -1,12 +1,11 @@
-"""Checks of contact: cone, passivity, the momentum observer, and contact that nobody recorded."""
+"""Checks of contact: cone, passivity, the momentum observer."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.checks.contact import contact_checks, contact_likely
-from ur5_ros.analysis.data.run import NodeRecord, Run, States
+from ur5_ros.analysis.checks.contact import contact_checks
 from ur5_ros.analysis.momentum_observer import external_torque, first_order
 from ur5_ros.config import load_arm
 from ur5_ros.config.validation import load_marks
@@ -70,27 +69,3 @@ def test_the_observer_finds_a_torque_that_nothing_else_explains():
     assert np.abs(estimate[499]).max() < 0.02
     noisy = external_torque(q, qd + rng.normal(0.0, 1e-6, qd.shape), effort, h, arm, 50.0)
     assert np.abs(noisy - truth).max() < 0.1
-
-
-def resting_robot(push, seed):
-    """Return a look-alike of a UR10e's log at rest: noisy currents, and a hand that pushes."""
-    rng = np.random.default_rng(seed)
-    n, rate = 1800, 100.0
-    arm = load_arm('ur10e')
-    q = np.tile([-0.28, -1.95, -1.67, -1.53, 0.99, 0.39], (n, 1)) + rng.normal(0, 2e-5, (n, 6))
-    effort = gravity_torque(q, arm)
-    gain = np.array([11.9, 12.0, 9.8, 10.7, 10.7, 10.7])
-    current = effort / gain + rng.normal(0.0, [0.06, 0.06, 0.03, 0.02, 0.02, 0.02], (n, 6))
-    current[600:800] += push * np.array([1.5, 3.0, 2.5, 0.5, 0.3, 0.1])
-    stamp = (np.arange(1, n + 1) * 1e9 / rate).astype(np.int64)
-    return Run('log', stamp, States(q, rng.normal(0, 1e-4, (n, 6)), effort), rate,
-               control=NodeRecord('ur10e', arm, {'mode': 'unknown'}), current=current)
-
-
-@pytest.mark.parametrize('seed', range(5))
-def test_a_hand_on_a_resting_robot_is_seen_and_no_hand_is_not(seed):
-    check, = contact_likely(resting_robot(1.0, seed))[0]
-    assert check.verdict == 'fail'
-    assert abs(check.details['starts_s'][0] - 6.0) < 0.4
-    check, = contact_likely(resting_robot(0.0, seed))[0]
-    assert check.verdict == 'pass'

@@ -1,9 +1,10 @@
-"""Contact in a run: friction in its cone, passivity, the external torque, contact unrecorded."""
+"""Contact in a run: friction in its cone, passivity, the external torque."""
 
 from typing import Any
 
 import numpy as np
 
+from ur5_ros.analysis.checks.contact_likely import contact_likely
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.momentum_observer import external_torque, first_order
 from ur5_ros.analysis.result import Check, judge, not_applicable
@@ -16,13 +17,6 @@ _NAMES = ('Coulomb cone', 'contact passivity', 'external torque')
 
 #: Gain of the momentum observer [1/s].
 GAIN = 50.0
-
-#: Where the arm stands still, a motor current beside what model and friction explain counts as a
-#: contact when it lasts this long [s] and exceeds this many robust standard deviations, to which
-#: the step of UR's current measurement is added [A].
-LASTING, SIGMAS, CURRENT_STEP = 0.3, 8.0, 0.02
-#: Joint speed that counts as still [rad/s].
-STILL = 0.02
 
 
 def contact_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
@@ -155,53 +149,3 @@ def _other_external(run: Run) -> str:
                 given[parameter.name] != parameter.default or parameter.name in changed):
             return part
     return ''
-
-
-def contact_likely(run: Run) -> tuple[list[Check], dict[str, Any]]:
-    """
-    Return where a real robot was probably touched while it stood still.
-
-    Its motor currents are compared with what target torque, speed and the sign of speed explain
-    over the whole recording; friction hides a push while the arm moves, so that only the time at
-    rest is judged.
-
-    """
-    if run.current is None or run.sim is not None or not np.isfinite(run.states.effort).all():
-        return [], {}
-    surplus, spread = _unexplained_current(run)
-    length = max(1, round(LASTING * run.control_rate))
-    if len(surplus) <= length:
-        return [], {}
-    mean = _moving_mean(surplus, length)
-    still = _moving_mean(np.abs(run.states.qd), length).max(axis=1) < STILL
-    over = (np.abs(mean) / (spread + CURRENT_STEP)).max(axis=1) * still
-    name = 'contact likely'
-    if not still.any():
-        return [not_applicable(name, 'the arm never stands still')], {}
-    starts = np.flatnonzero(np.diff(np.concatenate([[0], (over > SIGMAS).astype(int)])) == 1)
-    places = ', '.join(f'{run.t[row]:.3g} s' for row in starts[:10])
-    sentence = (f'motor currents at rest tell of contact from {places} on' if len(starts) else
-                'no motor current at rest tells of contact')
-    return [judge(name, float(over.max()), SIGMAS, '1', sentence,
-                  starts_s=run.t[starts].tolist())], {'contact_likely': over}
-
-
-def _unexplained_current(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Return what a robust fit leaves of each joint's current, and its robust spread [A]."""
-    effort, qd = run.states.effort, run.states.qd
-    current = run.required_current
-    left = np.zeros(current.shape)
-    for j in range(6):
-        X = np.stack([np.ones(len(qd)), effort[:, j], qd[:, j], np.tanh(qd[:, j] / STILL)], axis=1)
-        weight = np.ones(len(qd))
-        for _ in range(20):
-            fit = np.linalg.lstsq(X * weight[:, None], current[:, j] * weight, rcond=1e-6)[0]
-            left[:, j] = current[:, j] - X @ fit
-            size = 1.4826 * np.median(np.abs(left[:, j])) + 1e-3
-            weight = 1.0 / np.sqrt(1.0 + (left[:, j] / (2.0 * size))**2)
-    return left, 1.4826 * np.median(np.abs(left), axis=0)
-
-
-def _moving_mean(values: np.ndarray, length: int) -> np.ndarray:
-    total = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), values]), axis=0)
-    return (total[length:] - total[:-length]) / length

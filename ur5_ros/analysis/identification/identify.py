@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.external_torque import unexplained_torque
 from ur5_ros.analysis.identification.base_parameters import (
     BaseParameters,
     all_parameters,
@@ -129,7 +130,8 @@ def identify(
     named = np.array(base.names)
     viscous, viscous_error, coulomb, coulomb_error = _by_joint(found.linear)
     return Identified(
-        arm=replace(bodies, friction=_arm_friction(found, motors)),
+        arm=_with_motors(replace(bodies, friction=_arm_friction(found, motors)), motors,
+                         runs[0] if test is None else test),
         base=dict(zip(named[keep].tolist(), zip(estimate.value[:count][keep].tolist(),
                                                 error.tolist(), strict=True), strict=True)),
         not_excited=tuple(named[~keep].tolist()),
@@ -292,6 +294,15 @@ def _arm_friction(found: _Solution, motors: Motors | None) -> JointFriction:
     else:
         viscous, coulomb = np.where(has, viscous, 0.0), np.where(has, coulomb, 0.0)
     return JointFriction(*(np.maximum(np.nan_to_num(each), 0.0) for each in (viscous, coulomb)))
+
+
+def _with_motors(arm: ArmParameters, motors: Motors | None, run: Run) -> ArmParameters:
+    """Return the arm with torque constants and what it leaves unexplained on a robot's run."""
+    if run.sim is not None:  # every step of a simulator can be explained
+        return arm
+    if motors is not None and np.isfinite(motors.drive).all() and (motors.drive > 0.0).all():
+        arm = replace(arm, torque_constant=motors.drive)
+    return replace(arm, unexplained_torque=unexplained_torque(run, arm))
 
 
 def _terms(fit: _Fit) -> tuple[dict[str, tuple[float, float]], ...]:

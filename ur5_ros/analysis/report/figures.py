@@ -246,6 +246,8 @@ def _residual_figures(series) -> list[Figure]:
 
 
 def _contact_figures(series) -> list[Figure]:
+    if 'external_torque' in series:
+        return _external_torque_figures(series)
     if 'observer' not in series:
         return []
     run, (estimate, recorded) = series['run'], series['observer']
@@ -256,6 +258,18 @@ def _contact_figures(series) -> list[Figure]:
     return [Figure('contact', 'Torque of contact', 'Joint torque of all contacts as it was '
                    'recorded, and as the momentum observer estimates it from motion and motor '
                    'torque; both through the same filter.', traces, 'torque [N m]', wide=True)]
+
+
+def _external_torque_figures(series) -> list[Figure]:
+    run, (estimate, marks) = series['run'], series['external_torque']
+    traces = []
+    for i, name in enumerate(JOINT_NAMES):
+        traces += [curve(run.t, estimate[:, i], name, COLOURS[i]),
+                   curve(run.t, marks[:, i], f'{name}, mark', COLOURS[i], 'dot')]
+    return [Figure('contact', 'External torque', 'What a momentum observer finds beside motors, '
+                   'model and friction, and the mark of each joint above which a contact is '
+                   'likely: what friction may hold at rest and a multiple of what the model '
+                   'leaves unexplained.', traces, 'torque [N m]', wide=True)]
 
 
 def _timing_figures(series) -> list[Figure]:
