@@ -73,7 +73,7 @@ setup(
         'symbolic': ['sympy>=1.12'],
         'sweep': ['dask[distributed]>=2024.8', 'polars>=1'],
         'export': ['polars>=1', 'rerun-sdk>=0.24'],
-        'view': ['viser>=1.1', 'imageio-ffmpeg>=0.5', 'pillow>=10'],
+        'view': ['viser>=1.1', 'imageio-ffmpeg>=0.5', 'pillow>=10', 'trimesh>=4'],
         'bench': ['eaik>=1.2', 'mujoco>=3', 'pin>=3', 'rosbags>=0.10', 'mcap-ros2-support>=0.5',
                   'mcap-ros2-support-fast>=0.8', 'ssik>=8', 'urchin'],
         'test': ['colcon-common-extensions', 'hypothesis', 'import-linter', 'mypy', 'psutil',

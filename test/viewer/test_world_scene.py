@@ -4,14 +4,26 @@ import numpy as np
 import pytest
 import viser
 
+from ur5_ros.config.worlds import Body
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
-from ur5_ros.sim.camera import Camera
+from ur5_ros.viewer.camera import Camera
 from ur5_ros.viewer.frame import Frames
+from ur5_ros.viewer.ray_caster import Placed, cast
+from ur5_ros.viewer.stage import Stage
 from ur5_ros.viewer.track import arm_of, track, tree_of
 from ur5_ros.viewer.world_scene import WorldScene
-from ur5_ros.viewer.world_track import FRICTION, NORMAL, WorldTrack, force_arrows
+from ur5_ros.viewer.world_track import (
+    FRICTION,
+    NORMAL,
+    WorldTrack,
+    body_visual,
+    force_arrows,
+)
+
+#: Of ``base`` in ``base_link``.
+BASE = np.diag([-1.0, -1.0, 1.0, 1.0])
 
 
 @pytest.fixture(scope='module')
@@ -49,35 +61,34 @@ def blue(picture, alone):
 
 
 def test_a_picture_shows_the_bodies_where_they_are_and_the_forces(pushed):
-    run = pushed
-    world, camera = WorldTrack(run), Camera(arm_of(run), 600, 400, run.sim.world)
-    try:
-        q, poses = run.states.q[-1], world.poses(float(run.t[-1]))
-        alone, there = camera.picture(q), camera.picture(q, poses)
-        gone = camera.picture(q)
-        poses[1, 1, 3] += 0.3
-        aside = camera.picture(q, poses)
-        frame = Frames(track(run, tree_of(arm_of(run))), camera, 100, 1, world).frame(-1)
-        corners = [[x, y, z, 1.0] for x in (-0.06, 0.06) for y in (-0.06, 0.06)
-                   for z in (-0.05, 0.05)]
-        seen = [camera.pixels((np.array(corners) @ pose.T)[:, :3] * [-1.0, -1.0, 1.0])
-                for pose in (world.poses(float(run.t[-1]))[1], poses[1])]
-    finally:
-        camera.close()
-    assert np.array_equal(alone, gone), 'without poses nothing stands there'
-    assert (alone != there).any(axis=-1).mean() > 0.05, 'the table is large'
-    for picture, box in zip((there, aside), seen, strict=True):
-        spots = blue(picture, alone)
+    run, camera = pushed, Camera(600, 400)
+    stage, world = Stage(run), WorldTrack(run)
+    t, end = float(run.t[-1]), len(world.bodies)
+    placed = stage.placed(run.states.q[-1], t)
+    pose = world.poses(t)[1]
+    aside = pose.copy()
+    aside[1, 3] += 0.3
+    moved = [*placed[:-1], Placed(placed[-1].visual, BASE @ aside)]
+    alone = cast(camera, placed[:-end])
+    assert [each.visual.kind for each in placed[-end:]] == ['box', 'box']
+    assert (np.isfinite(alone.depth) != np.isfinite(cast(camera, placed).depth)).mean() > 0.05, \
+        'the table is large'
+    corners = np.array([[x, y, z, 1.0] for x in (-0.06, 0.06) for y in (-0.06, 0.06)
+                        for z in (-0.05, 0.05)])
+    for bodies, place in ((placed, pose), (moved, aside)):
+        box = camera.pixels((corners @ place.T)[:, :3] * [-1.0, -1.0, 1.0])
+        spots = blue(cast(camera, bodies).colour, alone.colour)
         assert len(spots) > 100
         assert (spots > box.min(axis=0) - 2).all() and (spots < box.max(axis=0) + 2).all()
+    frame = Frames(track(run, stage.tree), stage, (600, 400), 130, 1).frame(-1)
     assert (frame == np.array(NORMAL)).all(axis=-1).sum() > 5
 
 
-def test_an_empty_world_leaves_a_picture_as_it_is(pushed):
-    arm, q = arm_of(pushed), pushed.states.q[0]
-    plain, empty = Camera(arm, 120, 80), Camera(arm, 120, 80)
-    try:
-        assert np.array_equal(plain.picture(q), empty.picture(q, np.zeros((0, 4, 4))))
-    finally:
-        plain.close()
-        empty.close()
+def test_a_mesh_of_a_world_is_drawn_and_one_whose_file_is_gone_is_left_out(tmp_path):
+    path = tmp_path / 'wedge.obj'
+    path.write_text('v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n'
+                    'f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n')
+    there, gone = (body_visual(Body(name='wedge', shape='mesh', file=str(each)))
+                   for each in (path, tmp_path / 'other.obj'))
+    assert there.triangles.shape == (4, 3, 3) and there.triangles.max() == 1.0
+    assert gone.triangles.shape == (0, 3, 3)

@@ -1,18 +1,28 @@
-"""One picture of a run: the arm with both tool paths, and three strips of curves below it."""
+"""One picture of a run: the arm in its world with both tool paths, and curves below it."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from ur5_ros.analysis.injected import Injection
 from ur5_ros.analysis.report import palette
 from ur5_ros.analysis.report.palette import rgb
-from ur5_ros.sim.camera import Camera
+from ur5_ros.viewer.camera import Camera
+from ur5_ros.viewer.ray_caster import Picture, cast
+from ur5_ros.viewer.stage import Stage
+from ur5_ros.viewer.strips import INK, PAPER, SOFT, Strips
 from ur5_ros.viewer.track import Track
-from ur5_ros.viewer.world_track import WorldTrack, force_arrows
 
 MEASURED, REFERENCE = rgb(palette.MEASURED), rgb(palette.REFERENCE)
 COLOURS = tuple(map(rgb, palette.JOINT_COLOURS))
-INK, FAINT, PAPER = (40, 40, 40), (205, 205, 205), (255, 255, 255)
-FLOOR = (214, 217, 221)
+#: Red, green and blue of the axes x, y and z.
+AXES = ((210, 60, 60), (60, 160, 70), (60, 100, 210))
+_GRID, _HALF, _CELL = (206, 210, 215), 1.5, 0.25
+#: How dark a shadow makes the floor.
+_SHADOW = 0.14
+#: What a line loses of its colour behind a body.
+_BEHIND = 0.72
 
 
 class Frames:
@@ -23,111 +33,134 @@ class Frames:
     ----------
     track : Track
         The run.
-    camera : Camera
-        Takes the upper part of the picture.
+    stage : Stage
+        The arm and its world.
+    size : tuple of int
+        Width and height of the upper part of the picture [pixels].
     strips : int
         Height of the lower part [pixels].
     fine : int
-        Pixels of the camera along each side of one of the picture; 2 makes edges smooth.
-    world : WorldTrack, optional
-        What stands around the arm, and the forces on it.
+        Pixels that are drawn along each side of one of the picture; 2 makes edges smooth.
+    injected : sequence of Injection
+        What was added to the plant on the way.
 
     """
 
-    def __init__(self, track: Track, camera: Camera, strips: int, fine: int = 1,
-                 world: WorldTrack | None = None):
-        self._world = world
-        self._track, self._camera, self._strips, self._fine = track, camera, strips, fine
-        self._width, self._height = camera.width // fine, camera.height // fine
-        self._measured = camera.pixels(track.tool) / fine
-        self._reference = camera.pixels(track.tool_reference) / fine
-        self._size = max(10, self._height // 34)
+    def __init__(self, track: Track, stage: Stage, size: tuple[int, int], strips: int,
+                 fine: int = 2, injected: Sequence[Injection] = ()):
+        self._track, self._stage, self._fine = track, stage, fine
+        self._width, self._height = size
+        self.camera = Camera(fine * size[0], fine * size[1], stage.reach)
+        self._size = max(10, size[1] // 36)
         self._font = ImageFont.load_default(self._size)
-        self._ground = self._floor()
-        self._charts = Image.new('RGB', (self._width, strips), PAPER)
-        self._inside = []
-        draw = ImageDraw.Draw(self._charts)
-        columns = (('torque [N m]', track.effort), ('joint error [mrad]', 1e3 * track.error),
-                   ('tool error [mm]', 1e3 * track.tool_error[:, None]))
-        for i, (title, values) in enumerate(columns):
-            self._inside.append(self._chart(draw, i, title, values))
+        self._strips = Strips(track, size[0], strips, self._size, injected)
+        self._injected = injected
+        self._ground = self._grid()
 
     def frame(self, row: int) -> np.ndarray:
         """Return one row as an image (height, width, 3) of bytes."""
-        track, width, height = self._track, self._width, self._height
-        whole = Image.new('RGB', (width, height + self._strips), PAPER)
-        whole.paste(self._ground, (0, 0))
-        poses = None if self._world is None else self._world.poses(track.t[row])
-        arm = Image.fromarray(self._camera.cutout(track.q[row], poses)).reduce(self._fine)
-        whole.paste(arm, (0, 0), arm)
-        draw = ImageDraw.Draw(whole)
-        self._path(draw, self._reference, REFERENCE)
-        self._path(draw, self._measured[:row + 1], MEASURED)
-        self._forces(draw, track.t[row])
-        text = f't = {track.t[row]:6.2f} s'
-        if np.isfinite(track.tool_error[row]):
-            text += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
-        edge = height // 40
-        draw.text((edge, edge), text, INK, self._font)
-        line = 1.5 * self._size
-        draw.text((edge, edge + line), 'reference', REFERENCE, self._font)
-        draw.text((edge + 5 * self._size, edge + line), 'measured', MEASURED, self._font)
-        for i, (name, colour) in enumerate(zip(palette.SHORT_NAMES, COLOURS, strict=True)):
-            draw.text((width - edge, edge + i * line), name, colour, self._font,
-                      anchor='ra')
-        whole.paste(self._charts, (0, height))
-        for left, top, right, bottom in self._inside:
-            share = track.t[row] / max(track.t[-1], 1e-9)
-            x = left + share * (right - left)
-            draw.line([(x, height + top), (x, height + bottom)], INK, 1)
+        t = float(self._track.t[row])
+        picture = cast(self.camera, self._stage.placed(self._track.q[row], t), self._stage.floor)
+        scene = self._scene(picture)
+        lines = _Lines(scene, self.camera, picture.depth)
+        lines.path(self._track.tool_reference, REFERENCE)
+        lines.path(self._track.tool[:row + 1], MEASURED)
+        frames = self._stage.frames(self._track.q[row])
+        for _, pose, length in frames:
+            for axis, colour in enumerate(AXES):
+                lines.path(np.stack([pose[:3, 3], pose[:3, 3] + length * pose[:3, axis]]), colour,
+                           1.6)
+        for points, colours in zip(*self._stage.forces(t), strict=True):
+            lines.path(points, tuple(colours[0].tolist()), 2.5, through=True)
+        whole = Image.new('RGB', (self._width, self._height + self._strips.picture.height), PAPER)
+        whole.paste(scene.reduce(self._fine), (0, 0))
+        self._words(ImageDraw.Draw(whole), row, frames)
+        whole.paste(self._strips.marked(row), (0, self._height))
         return np.asarray(whole)
 
-    def _forces(self, draw: ImageDraw.ImageDraw, t: float) -> None:
-        """Draw the forces of contact, 10 mm a newton, normal and friction in their colours."""
-        if self._world is None:
-            return
-        lines, colours = force_arrows(self._world.contacts(t))
-        for line, colour in zip(lines, colours, strict=True):
-            ends = self._camera.pixels(line * [-1.0, -1.0, 1.0]) / self._fine  # base_link
-            draw.line([tuple(end) for end in ends.tolist()], tuple(colour[0].tolist()),
-                      max(2, self._size // 5))
+    def _grid(self) -> np.ndarray:
+        """Return the floor with squares of a quarter of a metre."""
+        ground = Image.new('RGB', (self.camera.width, self.camera.height), PAPER)
+        draw = ImageDraw.Draw(ground)
+        floor = self._stage.floor
+        for at in np.arange(-_HALF, _HALF + 1e-9, _CELL):
+            for ends in ([[at, -_HALF, floor], [at, _HALF, floor]],
+                         [[-_HALF, at, floor], [_HALF, at, floor]]):
+                line = np.linspace(np.array(ends[0]), np.array(ends[1]), 60)
+                ahead = self.camera.depth(line) > 0.1
+                spots = self.camera.pixels(line[ahead])
+                draw.line([tuple(spot) for spot in spots.tolist()], _GRID, self._fine)
+        return np.asarray(ground)
 
-    def _floor(self) -> Image.Image:
-        """Return the floor as the camera sees it, with squares of a quarter of a metre."""
-        floor = Image.new('RGB', (self._width, self._height), PAPER)
-        draw = ImageDraw.Draw(floor)
-        lines = np.arange(-4, 5) * 0.25
-        for at in lines:
-            for ends in ([[at, -1, 0], [at, 1, 0]], [[-1, at, 0], [1, at, 0]]):
-                spots = self._camera.pixels(np.array(ends, dtype=float)) / self._fine
-                draw.line([tuple(spot) for spot in spots.tolist()], FLOOR, 1)
-        return floor
+    def _scene(self, picture: Picture) -> Image.Image:
+        """Return the floor, shadows on it, and the bodies."""
+        colour = self._ground.copy()
+        dark = picture.shadow > 0
+        colour[dark] = (1.0 - _SHADOW) * colour[dark]
+        bodies = np.isfinite(picture.depth)
+        colour[bodies] = picture.colour[bodies]
+        return Image.fromarray(colour)
 
-    @staticmethod
-    def _path(draw: ImageDraw.ImageDraw, points: np.ndarray, colour: tuple) -> None:
+    def _words(self, draw: ImageDraw.ImageDraw, row: int, frames: Sequence) -> None:
+        """Write what is shown: time, error, legends, and the names of frames and axes."""
+        track, width, size = self._track, self._width, self._size
+        edge, line = self._height // 40, 1.5 * size
+        text = f't = {track.t[row]:.2f} s'
+        if np.isfinite(track.tool_error[row]):
+            text += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
+        draw.text((edge, edge), text, INK, self._font)
+        x = float(edge)
+        for name, colour, points in (('measured', MEASURED, track.tool),
+                                     ('reference', REFERENCE, track.tool_reference)):
+            if np.isfinite(points).any():
+                draw.text((x, edge + line), name, colour, self._font)
+                x += draw.textlength(name, self._font) + 1.2 * size
+        added = [each.text for each in self._injected if each.t <= track.t[row]]
+        for i, words in enumerate(added[-4:]):
+            draw.text((edge, edge + (2 + i) * line), words[:60], SOFT, self._font)
+        for i, (name, colour) in enumerate(zip(palette.SHORT_NAMES, COLOURS, strict=True)):
+            draw.text((width - edge, edge + i * line), name, colour, self._font, anchor='ra')
+        for name, pose, length in frames:
+            ends = pose[:3, 3] + 1.25 * length * pose[:3, :3].T
+            places = self.camera.pixels(np.vstack([ends, pose[:3, 3]])) / self._fine
+            for axis, (place, colour) in enumerate(zip(places, AXES, strict=False)):
+                draw.text(tuple(place), 'xyz'[axis], colour, self._font, anchor='mm')
+            draw.text((places[3, 0], places[3, 1] + 0.9 * size), name, SOFT, self._font,
+                      anchor='ma')
+
+
+class _Lines:
+    """Draws lines into a scene; what is behind a body is faint."""
+
+    def __init__(self, scene: Image.Image, camera: Camera, depth: np.ndarray):
+        self._draw, self._camera = ImageDraw.Draw(scene), camera
+        self._depth, self._thick = depth, 2.0 * camera.height / 800
+
+    def path(self, points: np.ndarray, colour: tuple[int, int, int], thick: float = 1.0,
+             through: bool = False) -> None:
+        """Draw a line through points (n, 3) [m]; ``through`` bodies it is not faint."""
         points = points[np.isfinite(points).all(axis=1)]
-        if len(points) > 1:
-            draw.line([tuple(point) for point in points.tolist()], colour, 2)
+        if len(points) < 2:
+            return
+        points = _dense(points)
+        spots = self._camera.pixels(points)
+        place = np.floor(spots).astype(int)
+        x = np.clip(place[:, 0], 0, self._camera.width - 1)
+        y = np.clip(place[:, 1], 0, self._camera.height - 1)
+        # a tool's own path touches its surface: a few millimetres decide nothing
+        seen = through | (self._camera.depth(points) < self._depth[y, x] + 0.006)
+        faint = tuple(round(_BEHIND * 255 + (1 - _BEHIND) * each) for each in colour)
+        cuts = np.nonzero(np.diff(seen))[0] + 1
+        for runs, tone in ((False, faint), (True, colour)):
+            for part in np.split(np.arange(len(points)), cuts):
+                if seen[part[0]] == runs:
+                    part = np.append(part, min(part[-1] + 1, len(points) - 1))
+                    self._draw.line([tuple(spot) for spot in spots[part].tolist()], tone,
+                                    max(1, round(thick * self._thick)), joint='curve')
 
-    def _chart(self, draw: ImageDraw.ImageDraw, i: int, title: str, values: np.ndarray) -> tuple:
-        """Draw the curves of one strip; return its inside (left, top, right, bottom)."""
-        size = self._size
-        width = self._width / 3
-        left, right = i * width + 3.2 * size, (i + 1) * width - 0.6 * size
-        top, bottom = 1.8 * size, self._strips - 0.7 * size
-        known = values[np.isfinite(values)]
-        low, high = (known.min(), known.max()) if len(known) else (0.0, 1.0)
-        low, high = min(low, 0.0), max(high, low + 1e-9, 0.0)
-        draw.text((left, 0.3 * size), title, INK, self._font)
-        for level in (low, 0.0, high):
-            y = bottom - (level - low) / (high - low) * (bottom - top)
-            draw.line([(left, y), (right, y)], FAINT, 1)
-            if level == 0.0 or abs(level) > 0.15 * (high - low):
-                draw.text((left - 0.3 * size, y), f'{level:.3g}', INK, self._font, anchor='rm')
-        x = left + self._track.t / max(self._track.t[-1], 1e-9) * (right - left)
-        for column, colour in zip(values.T, COLOURS, strict=False):
-            good = np.isfinite(column)
-            y = bottom - (column[good] - low) / (high - low) * (bottom - top)
-            if good.sum() > 1:
-                draw.line(np.c_[x[good], y].ravel().tolist(), colour, 1 + self._size // 18)
-        return left, top, right, bottom
+
+def _dense(points: np.ndarray, step: float = 0.01) -> np.ndarray:
+    """Return points along the same way, at most a step apart [m]."""
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    places = np.unique(np.append(along, np.arange(0.0, along[-1], step)))
+    return np.stack([np.interp(places, along, column) for column in points.T], axis=-1)

@@ -1,19 +1,25 @@
 """A run as a picture or a video, made off screen: ``ur5 render``."""
 
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.config.worlds import NOTHING
 from ur5_ros.errors import InputError
+
+if TYPE_CHECKING:
+    from ur5_ros.viewer.frame import Frames
 
 RATE = 25
 GIF_RATE = 10
 GIF_SECONDS = 8.0
-KINDS = ('.png', '.mp4', '.gif')
+#: Width and height of the arm's part, and height of the curves below it [pixels].
+_SIZES = {'.png': ((1200, 800), 260), '.mp4': ((800, 540), 200), '.gif': ((560, 380), 150)}
+KINDS = tuple(_SIZES)
 
 
 def render(run: Path, out: Path, progress: Callable[[float], None] = lambda share: None,
@@ -72,30 +78,22 @@ def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: 
         The file.
 
     """
-    from ur5_ros.sim.camera import Camera
+    from ur5_ros.analysis.injected import injections
     from ur5_ros.viewer.frame import Frames
-    from ur5_ros.viewer.track import arm_of, drawable, track, tree_of
-    from ur5_ros.viewer.world_track import WorldTrack
+    from ur5_ros.viewer.stage import Stage
+    from ur5_ros.viewer.track import track
 
-    arm = drawable(arm_of(run))
-    rows = track(run, tree_of(arm))
-    world = run.sim.world if run.sim else NOTHING
-    # a video's own compression smooths edges; drawing them fine would take four times as long
-    width, height, strips, fine = {
-        '.png': (1200, 800, 220, 2), '.mp4': (800, 520, 160, 1),
-        '.gif': (480, 320, 110, 2)}[out.suffix]
-    camera = Camera(arm, fine * width, fine * height, world)
-    try:
-        frames = Frames(rows, camera, strips, fine, WorldTrack(run))
-        if out.suffix == '.png':
-            _picture(frames.frame(len(rows.t) // 2), out)
-        elif out.suffix == '.mp4':
-            _video(frames, _rows(rows.t, RATE, 1.0), out, progress)
-        else:
-            speed = max(1.0, float(rows.t[-1]) / GIF_SECONDS)
-            _animation(frames, _rows(rows.t, GIF_RATE, speed), out, progress)
-    finally:
-        camera.close()
+    stage = Stage(run)
+    rows = track(run, stage.tree)
+    size, strips = _SIZES[out.suffix]
+    frames = Frames(rows, stage, size, strips, 2, injections(run))
+    if out.suffix == '.png':
+        _picture(frames.frame(len(rows.t) // 2), out)
+    elif out.suffix == '.mp4':
+        _video(frames, _rows(rows.t, RATE, 1.0), out, progress)
+    else:
+        speed = max(1.0, float(rows.t[-1]) / GIF_SECONDS)
+        _animation(frames, _rows(rows.t, GIF_RATE, speed), out, progress)
     return out
 
 
@@ -124,31 +122,41 @@ def _rows(t: np.ndarray, rate: float, speed: float) -> np.ndarray:
     return np.clip(np.searchsorted(t, times), 0, len(t) - 1)
 
 
+def _drawn(frames: 'Frames', rows: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the pictures of rows in order, drawn on all processors."""
+    batch = 2 * (os.cpu_count() or 1)
+    with ThreadPoolExecutor() as pool:
+        for first in range(0, len(rows), batch):
+            yield from pool.map(frames.frame, rows[first:first + batch])
+
+
 def _picture(frame: np.ndarray, out: Path) -> None:
     from PIL import Image
     Image.fromarray(frame).save(out)
 
 
-def _video(frames, rows: np.ndarray, out: Path, progress: Callable[[float], None]) -> None:
+def _video(frames: 'Frames', rows: np.ndarray, out: Path,
+           progress: Callable[[float], None]) -> None:
     import imageio_ffmpeg
-    first = frames.frame(rows[0])
+    height, width = frames.frame(rows[0]).shape[:2]
     writer = imageio_ffmpeg.write_frames(
-        str(out), (first.shape[1], first.shape[0]), fps=RATE, codec='libx264', quality=7,
+        str(out), (width, height), fps=RATE, codec='libx264', quality=7,
         macro_block_size=2, ffmpeg_log_level='error')
     writer.send(None)
     try:
-        for i, row in enumerate(rows):
-            writer.send(np.ascontiguousarray(frames.frame(row)))
+        for i, frame in enumerate(_drawn(frames, rows)):
+            writer.send(np.ascontiguousarray(frame))
             progress((i + 1) / len(rows))
     finally:
         writer.close()
 
 
-def _animation(frames, rows: np.ndarray, out: Path, progress: Callable[[float], None]) -> None:
+def _animation(frames: 'Frames', rows: np.ndarray, out: Path,
+               progress: Callable[[float], None]) -> None:
     from PIL import Image
     pictures = []
-    for i, row in enumerate(rows):
-        picture = Image.fromarray(frames.frame(row))
+    for i, frame in enumerate(_drawn(frames, rows)):
+        picture = Image.fromarray(frame)
         pictures.append(picture.quantize(96, dither=Image.Dither.NONE))
         progress((i + 1) / len(rows))
     pictures[0].save(out, save_all=True, append_images=pictures[1:], loop=0, optimize=True,

@@ -16,15 +16,17 @@ _SIZES = {'cylinder': {'radius': 1, 'length': 1}, 'sphere': {'radius': 1}, 'box'
 
 
 class Visual(NamedTuple):
-    """A cylinder, a box or a sphere, placed in its link's frame."""
+    """A cylinder, a box, a sphere or a mesh, placed in its link's frame."""
 
     kind: str
-    """``cylinder``, ``sphere`` or ``box``."""
+    """``cylinder``, ``sphere``, ``box`` or ``mesh``."""
     size: tuple[float, ...]
-    """Radius and length, radius, or three edges [m]."""
+    """Radius and length, radius, or three edges [m]; empty for a mesh."""
     pose: np.ndarray
     """Pose in the link, shape (4, 4)."""
     colour: tuple[int, int, int]
+    triangles: np.ndarray | None = None
+    """Corners of a mesh [m], shape (n, 3, 3)."""
 
 
 class Joint(NamedTuple):

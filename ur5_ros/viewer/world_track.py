@@ -1,14 +1,20 @@
 """What the arm touches over a run: bodies, their poses, and forces as arrows; all in ``base``."""
 
+from pathlib import Path
+
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.cdr.contact_messages import ARROW_SCALE, ContactForce
-from ur5_ros.config.worlds import NOTHING, base_pose
+from ur5_ros.config.worlds import NOTHING, Body, base_pose
+from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import rotation_of_quaternion
+from ur5_ros.viewer.urdf_tree import Visual
 
 #: Colours of normal force and friction, as those of ``~/contacts``.
 NORMAL, FRICTION = (31, 119, 180), (230, 97, 1)
+#: Edges of the plate that stands for a plane [m].
+_PLANE = (4.0, 4.0, 1e-3)
 
 
 class WorldTrack:
@@ -26,6 +32,8 @@ class WorldTrack:
         world = NOTHING if run.sim is None else run.sim.world
         self.bodies = world.bodies
         """What stands there; :meth:`poses` has their order."""
+        self.visuals = [body_visual(body) for body in world.bodies]
+        """What they look like, each in its own frame."""
         self._start = np.array([base_pose(body, world.frame) for body in world.bodies])
         self._free = [i for i, body in enumerate(world.bodies) if body.free]
         self._objects = np.array([stamp for stamp, _ in run.objects], dtype=np.int64)
@@ -50,6 +58,41 @@ class WorldTrack:
 
     def _row(self, stamps: np.ndarray, t: float) -> int:
         return int(np.searchsorted(stamps, self._first + round(t * 1e9), side='right')) - 1
+
+
+def body_visual(body: Body) -> Visual:
+    """
+    Return what a body of a world looks like.
+
+    Raises
+    ------
+    InputError
+        If its mesh cannot be read.
+
+    """
+    red, green, blue = (round(255 * share) for share in body.colour)
+    kind, size, triangles = body.shape, tuple(body.size), None
+    if kind == 'plane':
+        kind, size = 'box', _PLANE
+    elif kind == 'sphere':
+        size = (body.radius,)
+    elif kind == 'cylinder':
+        size = (body.radius, body.length)
+    elif kind == 'mesh':
+        triangles = _triangles(body.file)
+    return Visual(kind, size, np.eye(4), (red, green, blue), triangles)
+
+
+def _triangles(path: str) -> np.ndarray:
+    """Return the corners of a mesh file (n, 3, 3); none where the file is gone."""
+    import trimesh
+    if not Path(path).is_file():  # a bag is read on another machine
+        return np.zeros((0, 3, 3))
+    try:
+        mesh = trimesh.load_mesh(path)
+    except Exception as error:
+        raise InputError(f'{path}: this mesh cannot be read: {error}') from None
+    return np.asarray(mesh.triangles, dtype=float)
 
 
 def force_arrows(contacts: list[ContactForce]) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,243 @@
+"""Rays against simple bodies, compiled: depth, light and shadows of every pixel."""
+
+from math import fabs, sqrt
+
+import numpy as np
+from numba import types
+
+from ur5_ros.model.kernels.compiled import R1, R2, inlined, kernel
+
+#: Kinds of bodies.
+CYLINDER, SPHERE, BOX, TRIANGLE = 0, 1, 2, 3
+#: Columns of a body: kind, rotation (corners of a triangle), place, size, ball around it, colour.
+TURN, PLACE, SIZE, BALL, COLOUR, COLUMNS = 1, 10, 13, 16, 20, 23
+#: Where the view has eye, right, down and ahead, length of focus, and height of the floor.
+FOCUS, FLOOR, VIEW = 12, 13, 14
+
+_DEPTHS, _BYTES = types.Array(types.float32, 2, 'C'), types.Array(types.uint8, 2, 'C')
+_MISS = 1e30
+#: Distance from a surface at which its own shadow begins [m].
+_CLEAR = 2e-3
+#: Light from above and below, what a shadow leaves of the first light, shine.
+_SKY, _GROUND, _IN_SHADOW, _GLOSS = 0.46, 0.20, 0.25, 0.25
+#: Light as a screen shows it.
+_DISPLAY = 1.0 / 2.2
+
+
+@inlined
+def cylinder_hit(x, y, z, u, v, w, radius, half, normal):
+    """Return how far along (u, v, w) a ray from (x, y, z) meets a cylinder along z."""
+    a, b = u * u + v * v, x * u + y * v
+    inside = b * b - a * (x * x + y * y - radius * radius)
+    far = _MISS
+    if inside >= 0.0 and a > 1e-18:
+        side = (-b - sqrt(inside)) / a
+        if side > 0.0 and fabs(z + side * w) <= half:
+            far = side
+            normal[0], normal[1], normal[2] = (x + side * u) / radius, (y + side * v) / radius, 0.0
+    if fabs(z) > half and z * w < 0.0:
+        top = half if z > 0.0 else -half
+        end = (top - z) / w
+        p, q = x + end * u, y + end * v
+        if end < far and p * p + q * q <= radius * radius:
+            far = end
+            normal[0], normal[1], normal[2] = 0.0, 0.0, (1.0 if z > 0.0 else -1.0)
+    return far
+
+
+@inlined
+def sphere_hit(x, y, z, u, v, w, radius, normal):
+    """Return how far a ray meets a sphere; as :func:`cylinder_hit`."""
+    a, b = u * u + v * v + w * w, x * u + y * v + z * w
+    inside = b * b - a * (x * x + y * y + z * z - radius * radius)
+    if inside < 0.0:
+        return _MISS
+    far = (-b - sqrt(inside)) / a
+    if far <= 0.0:
+        return _MISS
+    normal[0], normal[1] = (x + far * u) / radius, (y + far * v) / radius
+    normal[2] = (z + far * w) / radius
+    return far
+
+
+@inlined
+def box_hit(x, y, z, u, v, w, size, normal):
+    """Return how far a ray meets a box with three half edges; as :func:`cylinder_hit`."""
+    enter, leave, axis, sign = -_MISS, _MISS, 0, 1.0
+    for i in range(3):
+        place = x if i == 0 else (y if i == 1 else z)
+        way = u if i == 0 else (v if i == 1 else w)
+        if fabs(way) < 1e-12:
+            if fabs(place) > size[i]:
+                return _MISS
+            continue
+        side = 1.0 if way > 0.0 else -1.0
+        first, last = (-side * size[i] - place) / way, (side * size[i] - place) / way
+        if first > enter:
+            enter, axis, sign = first, i, -side
+        leave = min(leave, last)
+    if enter > leave or enter <= 0.0:
+        return _MISS
+    normal[0] = normal[1] = normal[2] = 0.0
+    normal[axis] = sign
+    return enter
+
+
+@inlined
+def triangle_hit(x, y, z, u, v, w, corners, normal):
+    """Return how far a ray meets a triangle of nine numbers; as :func:`cylinder_hit`."""
+    a, b, c = corners[3] - corners[0], corners[4] - corners[1], corners[5] - corners[2]
+    d, e, f = corners[6] - corners[0], corners[7] - corners[1], corners[8] - corners[2]
+    p, q, r = v * f - w * e, w * d - u * f, u * e - v * d
+    whole = a * p + b * q + c * r
+    if fabs(whole) < 1e-18:
+        return _MISS
+    k, m, n = x - corners[0], y - corners[1], z - corners[2]
+    first = (k * p + m * q + n * r) / whole
+    s, t, o = m * c - n * b, n * a - k * c, k * b - m * a
+    second = (u * s + v * t + w * o) / whole
+    far = (d * s + e * t + f * o) / whole
+    if first < 0.0 or second < 0.0 or first + second > 1.0 or far <= 0.0:
+        return _MISS
+    p, q, r = b * f - c * e, c * d - a * f, a * e - b * d
+    length = sqrt(p * p + q * q + r * r)
+    if p * u + q * v + r * w > 0.0:  # either side is drawn
+        length = -length
+    normal[0], normal[1], normal[2] = p / length, q / length, r / length
+    return far
+
+
+@inlined
+def body_hit(body, x, y, z, u, v, w, local, normal):
+    """Return how far a ray meets a body, and write the normal there."""
+    kind = int(body[0])
+    if kind == TRIANGLE:
+        return triangle_hit(x, y, z, u, v, w, body[TURN:], normal)
+    x, y, z = x - body[PLACE], y - body[PLACE + 1], z - body[PLACE + 2]
+    a = body[1] * x + body[4] * y + body[7] * z
+    b = body[2] * x + body[5] * y + body[8] * z
+    c = body[3] * x + body[6] * y + body[9] * z
+    d = body[1] * u + body[4] * v + body[7] * w
+    e = body[2] * u + body[5] * v + body[8] * w
+    f = body[3] * u + body[6] * v + body[9] * w
+    if kind == CYLINDER:
+        far = cylinder_hit(a, b, c, d, e, f, body[SIZE], body[SIZE + 1], local)
+    elif kind == SPHERE:
+        far = sphere_hit(a, b, c, d, e, f, body[SIZE], local)
+    else:
+        far = box_hit(a, b, c, d, e, f, body[SIZE:], local)
+    if far < _MISS:
+        for i in range(3):
+            row = TURN + 3 * i
+            normal[i] = (body[row] * local[0] + body[row + 1] * local[1]
+                         + body[row + 2] * local[2])
+    return far
+
+
+@inlined
+def in_shadow(bodies, x, y, z, light, local, normal):
+    """Return whether a body stands between a point and the light."""
+    for i in range(len(bodies)):
+        body = bodies[i]
+        a, b, c = body[BALL] - x, body[BALL + 1] - y, body[BALL + 2] - z
+        along = a * light[0] + b * light[1] + c * light[2]
+        radius = body[BALL + 3]
+        if along < -radius or a * a + b * b + c * c - along * along > radius * radius:
+            continue
+        if body_hit(body, x, y, z, light[0], light[1], light[2], local, normal) < _MISS:
+            return True
+    return False
+
+
+@kernel(R2, R2, R2, R1, R2, _DEPTHS, _BYTES, _BYTES)
+def cast(bodies, windows, shades, view, lights, depth, colour, shadow):
+    """
+    Write what each pixel sees.
+
+    Parameters
+    ----------
+    bodies : float64[:, :]
+        A row of COLUMNS numbers each; colours are linear, 0 to 1.
+    windows : float64[:, :]
+        First and last row and column + 1 of the pixels that a body may cover.
+    shades : float64[:, :]
+        The same of the floor that it may shade.
+    view : float64[:]
+        Eye, right, down, ahead, focus [pixels], floor [m].
+    lights : float64[:, :]
+        Unit direction towards each light, and its strength; the first one throws shadows.
+    depth : float32[:, :]
+        Written: how far ahead the nearest body is [m]; infinite where there is none.
+    colour : uint8[:, :]
+        Written: red, green and blue, 0 to 255, a row a pixel; nothing where no body is.
+    shadow : uint8[:, :]
+        Written: 1 where the floor is seen in a shadow, else 0.
+
+    """
+    height, width = depth.shape
+    owner = np.full((height, width), np.int16(-1))
+    normals = np.empty((height, width, 3), dtype=np.float32)
+    local, normal = np.zeros(3), np.zeros(3)
+    depth[:] = np.inf
+    for i in range(len(bodies)):
+        for row in range(int(windows[i, 0]), int(windows[i, 1])):
+            down = (row + 0.5 - 0.5 * height) / view[FOCUS]
+            for column in range(int(windows[i, 2]), int(windows[i, 3])):
+                right = (column + 0.5 - 0.5 * width) / view[FOCUS]
+                u = view[9] + right * view[3] + down * view[6]
+                v = view[10] + right * view[4] + down * view[7]
+                w = view[11] + right * view[5] + down * view[8]
+                far = body_hit(bodies[i], view[0], view[1], view[2], u, v, w, local, normal)
+                if far < _MISS and far < depth[row, column]:
+                    depth[row, column], owner[row, column] = far, i
+                    for k in range(3):
+                        normals[row, column, k] = normal[k]
+    for row in range(height):
+        down = (row + 0.5 - 0.5 * height) / view[FOCUS]
+        for column in range(width):
+            right = (column + 0.5 - 0.5 * width) / view[FOCUS]
+            u = view[9] + right * view[3] + down * view[6]
+            v = view[10] + right * view[4] + down * view[7]
+            w = view[11] + right * view[5] + down * view[8]
+            if owner[row, column] < 0:
+                continue
+            far, n = depth[row, column], normals[row, column]
+            x, y, z = view[0] + far * u, view[1] + far * v, view[2] + far * w
+            length = sqrt(u * u + v * v + w * w)
+            light = _GROUND + (_SKY - _GROUND) * (0.5 + 0.5 * n[2])
+            gloss = 0.0
+            for i in range(len(lights)):
+                facing = n[0] * lights[i, 0] + n[1] * lights[i, 1] + n[2] * lights[i, 2]
+                if facing <= 0.0:
+                    continue
+                share = lights[i, 3]
+                if i == 0 and in_shadow(bodies, x + _CLEAR * n[0], y + _CLEAR * n[1],
+                                        z + _CLEAR * n[2], lights[0], local, normal):
+                    share *= _IN_SHADOW
+                light += share * facing
+                p, q = lights[i, 0] - u / length, lights[i, 1] - v / length
+                r = lights[i, 2] - w / length
+                half = (n[0] * p + n[1] * q + n[2] * r) / sqrt(p * p + q * q + r * r)
+                gloss += _GLOSS * share * max(half, 0.0)**40
+            pixel = colour[row * width + column]
+            for k in range(3):
+                linear = min(bodies[owner[row, column], COLOUR + k] * light + gloss, 1.0)
+                pixel[k] = np.uint8(255.0 * linear**_DISPLAY + 0.5)
+    shadow[:] = 0
+    for i in range(len(bodies)):
+        for row in range(int(shades[i, 0]), int(shades[i, 1])):
+            down = (row + 0.5 - 0.5 * height) / view[FOCUS]
+            for column in range(int(shades[i, 2]), int(shades[i, 3])):
+                if owner[row, column] >= 0 or shadow[row, column] > 0:
+                    continue
+                right = (column + 0.5 - 0.5 * width) / view[FOCUS]
+                w = view[11] + right * view[5] + down * view[8]
+                if w >= 0.0:
+                    continue
+                far = (view[FLOOR] - view[2]) / w
+                x = view[0] + far * (view[9] + right * view[3] + down * view[6])
+                y = view[1] + far * (view[10] + right * view[4] + down * view[7])
+                if body_hit(bodies[i], x, y, view[FLOOR], lights[0, 0], lights[0, 1],
+                            lights[0, 2], local, normal) < _MISS:
+                    shadow[row, column] = 1
+    return 0
