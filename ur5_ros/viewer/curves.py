@@ -10,6 +10,8 @@ from ur5_ros.analysis.report.palette import JOINT_COLOURS, SHORT_NAMES
 from ur5_ros.viewer.track import Track
 
 MARK = '#888888'
+#: Ranges below this are rounding, in N m, mrad and mm: drawn as a straight line.
+SMALLEST = 1e-6
 
 
 def colour_key(colours: Mapping[str, str]) -> str:
@@ -75,7 +77,7 @@ class Curve:
         """Return the ranges, stated because gaps would leave uPlot without any."""
         known = self._values[np.isfinite(self._values)]
         low, high = (known.min(), known.max()) if len(known) else (0.0, 1.0)
-        margin = 0.06 * (high - low) or 0.5
+        margin = 0.06 * (high - low) if high - low > SMALLEST else 0.5
         return {'x': uplot.Scale(time=False, range=(float(self._t[0]), float(self._t[-1]))),
                 'y': uplot.Scale(range=(float(low - margin), float(high + margin)))}
 

@@ -1,41 +1,19 @@
 """The figures of the report as plain data, thinned so that the file stays small."""
 
-import base64
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ur5_ros.analysis.data.run import PARTS, Run
+from ur5_ros.analysis.report.figure import Figure, packed
 from ur5_ros.analysis.report.palette import JOINT_COLOURS as COLOURS
 from ur5_ros.analysis.report.palette import MEASURED, REFERENCE, SHORT_NAMES
+from ur5_ros.analysis.report.rounding import without_rounding
 from ur5_ros.analysis.result import Result
 from ur5_ros.signals import JOINT_NAMES
 
 #: A curve is drawn through the least and the greatest value of each of so many pieces.
 PIECES = 360
-
-
-class Figure(NamedTuple):
-    """One plot."""
-
-    key: str
-    """Identifier in the page."""
-    title: str
-    caption: str
-    """What the figure shows, in a sentence or two."""
-    traces: list[dict[str, Any]]
-    """Curves or bars as Plotly has them."""
-    y: str
-    """Title of the vertical axis."""
-    x: str = 'time [s]'
-    log: bool = False
-    """Logarithmic vertical axis."""
-    wide: bool = False
-    """Takes the whole width."""
-    first: bool = False
-    """Stands before the checks: the run at a glance."""
-    equal: bool = False
-    """Both axes have one scale."""
 
 
 def figures(result: Result) -> list[Figure]:
@@ -72,7 +50,8 @@ def figures(result: Result) -> list[Figure]:
             'energy', 'Energy balance', 'Energy that the arm gained minus work done on it; a '
             'passive arm keeps it at zero or below.',
             [curve(run.t[1:], series['surplus'], 'surplus', COLOURS[0])], 'energy [J]'))
-    return found + _contact_figures(series) + _timing_figures(series)
+    found += _contact_figures(series) + _timing_figures(series)
+    return [without_rounding(figure) for figure in found]
 
 
 def curve(t, values, name: str, colour: str, dash: str = 'solid', width: float = 1.6) -> dict:
@@ -113,12 +92,6 @@ def envelope(values: np.ndarray, pieces: int = PIECES) -> np.ndarray:
         rest = values[tail]
         tail = np.array([tail[0], tail[-1], tail[np.argmax(np.nan_to_num(rest, nan=-np.inf))]])
     return np.unique(np.concatenate([[0], low, high, tail, [n - 1]]))
-
-
-def packed(values: np.ndarray) -> dict[str, str]:
-    """Return numbers as Plotly's base64 of float32: seven digits, a third of the size of text."""
-    data = np.ascontiguousarray(values, dtype='<f4').tobytes()
-    return {'dtype': 'f4', 'bdata': base64.b64encode(data).decode('ascii')}
 
 
 def _tool_figures(series) -> list[Figure]:

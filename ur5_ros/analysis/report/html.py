@@ -6,7 +6,8 @@ from typing import Any
 
 from ur5_ros.analysis.report.document import html_document, write_document
 from ur5_ros.analysis.report.document import markup as _text
-from ur5_ros.analysis.report.figures import Figure, figures
+from ur5_ros.analysis.report.figure import Figure
+from ur5_ros.analysis.report.figures import figures
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, PASS, Check, Result
 
 #: Lines of events that a figure can carry.
@@ -32,7 +33,8 @@ def html_text(result: Result) -> str:
     body = ''.join([_verdict(result), _causes(result), figure_section('The run', first),
                     _checks(result), figure_section('Figures', rest), _details(result)])
     return html_document(f'{result.headline}: {result.run}', body,
-                         [figure_data(figure) for figure in plots], _marks(result))
+                         [figure_data(figure) for figure in plots if figure.traces],
+                         _marks(result))
 
 
 def _marks(result: Result) -> list[dict[str, Any]]:
@@ -142,9 +144,14 @@ def figure_section(title: str, plots: list[Figure]) -> str:
         return ''
     boxes = ''.join(
         f'<figure{" class=wide" if plot.wide else ""}><figcaption><b>{_text(plot.title)}</b>'
-        f'{_text(plot.caption)}</figcaption><div class="plot" id="plot-{_text(plot.key)}"></div>'
-        '</figure>\n' for plot in plots)
+        f'{_text(plot.caption)}</figcaption>{_box(plot)}</figure>\n' for plot in plots)
     return f'<h2>{_text(title)}</h2>\n<div class="plots">{boxes}</div>\n'
+
+
+def _box(plot: Figure) -> str:
+    if not plot.traces:
+        return f'<p class="note">{_text(plot.note)}</p>'
+    return f'<div class="plot" id="plot-{_text(plot.key)}"></div>'
 
 
 def _details(result: Result) -> str:

@@ -8,7 +8,8 @@ import numpy as np
 
 from ur5_ros.analysis.identification.result import Identified, Prediction
 from ur5_ros.analysis.report.document import html_document, markup, write_document
-from ur5_ros.analysis.report.figures import Figure, curve, packed
+from ur5_ros.analysis.report.figure import Figure, packed
+from ur5_ros.analysis.report.figures import curve
 from ur5_ros.analysis.report.html import figure_data, figure_section
 from ur5_ros.analysis.report.palette import JOINT_COLOURS, MEASURED, REFERENCE, SHORT_NAMES
 from ur5_ros.signals import JOINT_NAMES

@@ -38,6 +38,7 @@ figure { margin: 0; min-width: 0; overflow: hidden; } figure.wide { grid-column:
 figcaption b { display: block; } figcaption { font-size: 0.86rem; color: var(--soft); }
 figcaption b { color: var(--ink); font-size: 0.98rem; }
 .plot { height: 330px; width: 100%; }
+.note { border: 1px dashed var(--line); border-radius: 6px; padding: 10px 12px; }
 .js-plotly-plot .plotly:focus-within .modebar--hover { opacity: 1; }
 :focus-visible { outline: 2px solid var(--ink); outline-offset: 2px; }
 th button { all: unset; cursor: pointer; } th button:focus-visible { outline: 2px solid; }
