@@ -14,12 +14,12 @@ from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
 from ur5_ros.model.rotations import rotation_of_rpy
-from ur5_ros.viewer.camera import Camera
-from ur5_ros.viewer.frame import MEASURED, Frames
-from ur5_ros.viewer.ray_caster import Placed, cast
+from ur5_ros.viewer.picture.camera import Camera
+from ur5_ros.viewer.picture.frame import MEASURED, Frames
+from ur5_ros.viewer.picture.ray_caster import Placed, cast
+from ur5_ros.viewer.picture.strips import ticks
 from ur5_ros.viewer.render import draw, render
 from ur5_ros.viewer.stage import Stage
-from ur5_ros.viewer.strips import ticks
 from ur5_ros.viewer.track import track
 from ur5_ros.viewer.urdf_tree import Visual
 

@@ -6,7 +6,7 @@ import re
 from ur5_ros.analysis.report.palette import JOINT_COLOURS, rgb
 from ur5_ros.config import config_folder
 from ur5_ros.signals import JOINT_NAMES
-from ur5_ros.viewer.frame import COLOURS
+from ur5_ros.viewer.picture.frame import COLOURS
 
 
 def test_the_layouts_of_other_tools_colour_joints_as_report_and_viewer_do():

@@ -8,9 +8,9 @@ from ur5_ros.config.worlds import Body
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
-from ur5_ros.viewer.camera import Camera
-from ur5_ros.viewer.frame import Frames
-from ur5_ros.viewer.ray_caster import Placed, cast
+from ur5_ros.viewer.picture.camera import Camera
+from ur5_ros.viewer.picture.frame import Frames
+from ur5_ros.viewer.picture.ray_caster import Placed, cast
 from ur5_ros.viewer.stage import Stage
 from ur5_ros.viewer.track import arm_of, track, tree_of
 from ur5_ros.viewer.world_scene import WorldScene

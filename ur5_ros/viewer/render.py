@@ -12,7 +12,7 @@ from ur5_ros.analysis.data.run import Run
 from ur5_ros.errors import InputError
 
 if TYPE_CHECKING:
-    from ur5_ros.viewer.frame import Frames
+    from ur5_ros.viewer.picture.frame import Frames
 
 RATE = 25
 GIF_RATE = 10
@@ -79,7 +79,7 @@ def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: 
 
     """
     from ur5_ros.analysis.injected import injections
-    from ur5_ros.viewer.frame import Frames
+    from ur5_ros.viewer.picture.frame import Frames
     from ur5_ros.viewer.stage import Stage
     from ur5_ros.viewer.track import track
 

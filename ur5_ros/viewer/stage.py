@@ -3,7 +3,7 @@
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.viewer.ray_caster import Placed
+from ur5_ros.viewer.picture.ray_caster import Placed
 from ur5_ros.viewer.track import arm_of, joint_angles, number_frame, tree_of
 from ur5_ros.viewer.urdf_tree import UrdfTree, link_poses
 from ur5_ros.viewer.world_track import WorldTrack, force_arrows

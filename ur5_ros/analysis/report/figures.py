@@ -1,6 +1,5 @@
 """The figures of the report as plain data, thinned so that the file stays small."""
 
-from typing import Any
 
 import numpy as np
 

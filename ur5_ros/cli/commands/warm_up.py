@@ -16,7 +16,7 @@ KERNELS = (
     ('ur5_ros.sim.world.contact_kernel', 'contact_step', False),
     ('ur5_ros.control.laws.impedance_kernel', 'impedance_torque', False),
     ('ur5_ros.control.kernel', 'law', False),
-    ('ur5_ros.viewer.ray_kernel', 'cast', False),
+    ('ur5_ros.viewer.picture.ray_kernel', 'cast', False),
     (f'{_MODEL}.dynamics', 'inverse', True),
     (f'{_MODEL}.inverse_kinematics', 'solve', True),
     (f'{_MODEL}.kinematics', 'pose', True),

@@ -8,10 +8,10 @@ from PIL import Image, ImageDraw, ImageFont
 from ur5_ros.analysis.injected import Injection
 from ur5_ros.analysis.report import palette
 from ur5_ros.analysis.report.palette import rgb
-from ur5_ros.viewer.camera import Camera
-from ur5_ros.viewer.ray_caster import Picture, cast
+from ur5_ros.viewer.picture.camera import Camera
+from ur5_ros.viewer.picture.ray_caster import Picture, cast
+from ur5_ros.viewer.picture.strips import INK, PAPER, SOFT, Strips
 from ur5_ros.viewer.stage import Stage
-from ur5_ros.viewer.strips import INK, PAPER, SOFT, Strips
 from ur5_ros.viewer.track import Track
 
 MEASURED, REFERENCE = rgb(palette.MEASURED), rgb(palette.REFERENCE)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.viewer import ray_kernel
-from ur5_ros.viewer.camera import Camera
+from ur5_ros.viewer.picture import ray_kernel
+from ur5_ros.viewer.picture.camera import Camera
 from ur5_ros.viewer.urdf_tree import Visual
 
 #: Directions towards the lights, and their strengths; the first one throws shadows.

@@ -1,0 +1,1 @@
+"""Pictures without a browser: a camera, rays against bodies, and curves below."""
