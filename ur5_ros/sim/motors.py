@@ -5,7 +5,9 @@ from operator import le
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
+from ur5_ros.model.friction import friction_compensation
 from ur5_ros.sim.fallback import fallback_torque
 from ur5_ros.sim.integrator import NO_JOINTS
 from ur5_ros.sim.mechanics import Mechanics
@@ -19,19 +21,25 @@ class Motors:
     ----------
     mechanics : Mechanics
         What they move.
-    period : float
-        Control period [s].
-    excludes_gravity : bool
-        Commands leave gravity to the arm: g(q) of its record and declared payload is added.
+    parameters : SimParameters
+        Those of the start: rates, effort convention.
 
     """
 
-    def __init__(self, mechanics: Mechanics, period: float, excludes_gravity: bool):
+    def __init__(self, mechanics: Mechanics, parameters: SimParameters):
         self._mechanics = mechanics
-        self._period = period
-        self._excludes_gravity = excludes_gravity
+        self._period = (parameters.physics_rate // parameters.control_rate
+                        / parameters.physics_rate)
+        self._excludes_gravity = parameters.effort_convention == 'gravity_excluded'
         self._strongest = np.array(mechanics.arm.limits.effort)
         self._strength = self._strongest.tolist()
+        self.settle(parameters)
+
+    def settle(self, parameters: SimParameters) -> None:
+        """Let other parameters of the friction compensation act."""
+        self._scales = (np.array(parameters.friction_compensation_viscous_scale),
+                        np.array(parameters.friction_compensation_coulomb_scale))
+        self._compensates = bool(np.any(self._scales))
 
     def read(self, command: np.ndarray) -> np.ndarray:
         """
@@ -48,23 +56,18 @@ class Motors:
             return command
         raise InputError(f'command {command.tolist()}; give six finite torques [N m]')
 
-    def saturate(self, command: np.ndarray,
-                 compensation: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def saturate(self, command: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """
-        Return the torque that a command becomes and the joints where it was clamped.
+        Return the torque that six finite ones become [N m], and the joints where it was clamped.
 
-        Parameters
-        ----------
-        command : numpy.ndarray, shape (6,)
-            Six finite torques [N m].
-        compensation : numpy.ndarray, shape (6,), optional
-            What the robot adds against its friction [N m].
-
+        g(q) is added where commands exclude it, and what the robot adds against its friction at
+        the measured velocities [rad/s].
         """
         if self._excludes_gravity:
             command = command + self._mechanics.declared_gravity()
-        if compensation is not None:
-            command = command + compensation
+        if self._compensates:
+            command = command + friction_compensation(self._mechanics.effects.friction, qd,
+                                                      *self._scales)
         if all(map(le, map(abs, command.tolist()), self._strength)):
             return command.copy(), NO_JOINTS
         effort = np.minimum(np.maximum(command, -self._strongest), self._strongest)

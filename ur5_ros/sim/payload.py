@@ -87,7 +87,7 @@ class PayloadTransition:
     """
 
     def __init__(self, start: ToolLoad, end: ToolLoad, first: int, periods: int):
-        self._start, self._end = start, end
+        self._start, self.end = start, end
         self._first, self._periods = first, periods
         self._stages = min(periods, MOST_STAGES)
 
@@ -95,8 +95,34 @@ class PayloadTransition:
         """Return the body of a control period."""
         stage = min((k - self._first + 1) * self._stages // self._periods, self._stages)
         if stage == self._stages:
-            return self._end
-        return blend(self._start, self._end, stage / self._stages)
+            return self.end
+        return blend(self._start, self.end, stage / self._stages)
+
+
+class HeldPayload:
+    """The body at the tool, exchanged at once or in the stages of a transition."""
+
+    def __init__(self, parameters: SimParameters):
+        self.load = tool_load(parameters)
+        self._transition: PayloadTransition | None = None
+
+    def change(self, parameters: SimParameters, k: int) -> None:
+        """Exchange the body for the one that parameters describe, from period ``k`` on."""
+        target = tool_load(parameters)
+        periods = round(parameters.payload_transition_time * parameters.control_rate)
+        if periods > 0:
+            self._transition = PayloadTransition(self.load, target, k, periods)
+        else:
+            self.load, self._transition = target, None
+
+    def take_stage(self, k: int) -> bool:
+        """Take the stage of period ``k``; return whether the body is another."""
+        if self._transition is None:
+            return False
+        before, self.load = self.load, self._transition.at(k)
+        if self.load == self._transition.end:
+            self._transition = None
+        return self.load != before
 
 
 def blend(start: ToolLoad, end: ToolLoad, share: float) -> ToolLoad:

@@ -8,7 +8,6 @@ import numpy as np
 from ur5_ros.config import load_arm
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.worlds import NOTHING, World, world_from
-from ur5_ros.model.friction import friction_compensation
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
@@ -18,7 +17,7 @@ from ur5_ros.sim.integrator import NO_JOINTS
 from ur5_ros.sim.limits import check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
 from ur5_ros.sim.motors import Motors
-from ur5_ros.sim.payload import PayloadTransition, tool_load
+from ur5_ros.sim.payload import HeldPayload
 from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Sensor
 from ur5_ros.sim.torque_mode import TorqueMode
@@ -102,14 +101,11 @@ class Plant:
         check_initial_state(arm, start.initial_positions)
         self._substeps = physics_rate // self._rate
         self.mechanics = Mechanics(arm, 1.0 / physics_rate, start.gui, world_from(start))
-        self._motors = Motors(self.mechanics, self._substeps / physics_rate,
-                              start.effort_convention == 'gravity_excluded')
+        self._motors = Motors(self.mechanics, start)
         self._event_log = EventLog(arm)
         self._torque_mode = TorqueMode(start, self._event_log)
-        self._torque_constant = np.array(start.torque_constant)
-        self._payload = tool_load(start)
-        self._transition: PayloadTransition | None = None
-        self._sensor = Sensor()
+        self._payload = HeldPayload(start)
+        self._sensor = Sensor(start)
         self._delay = CommandDelay()
         self._contact_watch = ContactWatch(self._rate)
         self._wrench_end: int | None = None
@@ -154,11 +150,13 @@ class Plant:
             command = self._motors.read(command)
         if self.k == self._wrench_end:
             self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        if self._transition is not None:
-            self._exchange_payload(self._transition)
+        if self._payload.take_stage(self.k):
+            self._settle()
+            self._log('payload', f'payload of {self._payload.load.mass:g} kg',
+                      **self._payload.load._asdict())
         if self._commands_delayed:
             command = self._exchange(command)
-        gravity = self._excluded_gravity()
+        gravity = self.mechanics.declared_gravity() if self._sensor.excludes_gravity else None
         effort, clamped = self._torque(self._torque_mode.admit(command, self.stamp))
         moved = self.mechanics.advance(effort, self._substeps)
         before = self.stamp
@@ -172,7 +170,7 @@ class Plant:
                                  f'{moved.failure}; the arm was put back at rest')
         if self.mechanics.contacts:
             self._check_contacts(before)
-        return self._sense(self._reported(effort, gravity))
+        return self._sense(self._sensor.reported(effort, gravity))
 
     def change(self, name: str, value: Any) -> None:
         """
@@ -187,7 +185,7 @@ class Plant:
         """
         value = self._plant_parameters.change(name, value)
         if name in ('payload.mass', 'payload.com', 'payload.inertia'):
-            self._change_payload()
+            self._payload.change(self._plant_parameters.parameters, self.k)
         self._settle()
         self._log('parameter', f'{name} is {value}', name=name, value=value)
 
@@ -307,55 +305,18 @@ class Plant:
     def _settle(self) -> None:
         """Let the present parameters act: what they decide is decided here, not in a step."""
         given = self.parameters = self._plant_parameters.parameters
-        self.mechanics.set_payload(self._payload, given.gravity)
+        self.mechanics.set_payload(self._payload.load, given.gravity)
         self.mechanics.set_effects(self._plant_parameters.effects(self.arm))
-        self._sensing = (given.delay_state_periods, given.noise_position,
-                         given.noise_velocity, given.seed)
-        self._measures = any(self._sensing[:3])
-        self.exact_sensing = not self._measures and given.effort_feedback == 'total'
+        self._sensor.settle(given)
+        self._motors.settle(given)
+        self.exact_sensing = self._sensor.exact
         self._commands_delayed = given.delay_command_periods > 0 or self._delay.busy
-        self._scales = (np.array(given.friction_compensation_viscous_scale),
-                        np.array(given.friction_compensation_coulomb_scale))
-        self._compensates = bool(np.any(self._scales))
 
     def _sense(self, effort: np.ndarray) -> ArmState:
         """Measure the state; ``effort`` is what the drives report of the torque that acted."""
         truth = self.truth if effort is self.truth.effort else self.truth._replace(effort=effort)
-        self._sensor.add(self.k, truth)
-        self.state = self._sensor.measure(*self._sensing) if self._measures else truth
+        self.state = self._sensor.measure(self.k, truth)
         return self.state
-
-    def _excluded_gravity(self) -> np.ndarray:
-        return (self.mechanics.declared_gravity()
-                if self.parameters.effort_feedback == 'gravity_excluded' else np.zeros(6))
-
-    def _reported(self, effort: np.ndarray, gravity: np.ndarray) -> np.ndarray:
-        """Return the torque that acted as the drives report it: [N m], or [A] as a current."""
-        feedback = self.parameters.effort_feedback
-        if feedback == 'total':
-            return effort
-        return effort / self._torque_constant if feedback == 'current' else effort - gravity
-
-    def _change_payload(self) -> None:
-        """Exchange the payload, at once or in the stages of a transition."""
-        parameters = self._plant_parameters.parameters
-        target = tool_load(parameters)
-        periods = round(parameters.payload_transition_time * self._rate)
-        if periods > 0:
-            self._transition = PayloadTransition(self._payload, target, self.k, periods)
-        else:
-            self._payload, self._transition = target, None
-
-    def _exchange_payload(self, transition: PayloadTransition) -> None:
-        """Take the next stage of a transition, where one is due."""
-        payload = transition.at(self.k)
-        if payload == self._payload:
-            return
-        self._payload = payload
-        self._settle()
-        self._log('payload', f'payload of {payload.mass:g} kg', **payload._asdict())
-        if payload == tool_load(self.parameters):
-            self._transition = None
 
     def _exchange(self, command: np.ndarray | None) -> np.ndarray | None:
         delay = self.parameters.delay_command_periods
@@ -371,10 +332,7 @@ class Plant:
         if log.fallback:
             log.fall_back(self.stamp, '')
         command, limited = self._torque_mode.limit(command)
-        compensation = friction_compensation(
-            self.mechanics.effects.friction, self.state.qd, *self._scales
-        ) if self._compensates else None
-        effort, clamped = self._motors.saturate(command, compensation)
+        effort, clamped = self._motors.saturate(command, self.state.qd)
         return effort, clamped if limited is NO_JOINTS else clamped | limited
 
     def _fall_back(self) -> np.ndarray:

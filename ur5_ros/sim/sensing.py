@@ -1,9 +1,10 @@
-"""What the encoders measure: the state, late and with noise, repeatable."""
+"""What is measured: the state, late and with noise, and the effort as the drives report it."""
 
 from collections import deque
 
 import numpy as np
 
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.signals import ArmState
 
 #: The longest delay that a parameter may ask for, plus the present state.
@@ -33,42 +34,42 @@ class Noise:
 
 
 class Sensor:
-    """Keeps the true states and measures the newest."""
+    """Keeps the true states and measures the newest, as the parameters in force say."""
 
-    def __init__(self):
+    def __init__(self, parameters: SimParameters):
         self._noise = Noise()
         self._past: deque[tuple[int, ArmState]] = deque(maxlen=_KEPT)
+        self.settle(parameters)
+
+    def settle(self, parameters: SimParameters) -> None:
+        """Let other parameters act."""
+        self._delay, self._seed = parameters.delay_state_periods, parameters.seed
+        self._position, self._velocity = parameters.noise_position, parameters.noise_velocity
+        self._plain = not (self._delay or self._position or self._velocity)
+        self._feedback = parameters.effort_feedback
+        self._torque_constant = np.array(parameters.torque_constant)
+        self.exact = self._plain and self._feedback == 'total'
+        """Whether what is measured is the true state."""
+        self.excludes_gravity = self._feedback == 'gravity_excluded'
+        """Whether the drives report the torque without what gravity takes."""
 
     def clear(self) -> None:
         """Drop the past, as a reset does: a delayed state then shows the oldest one after it."""
         self._past.clear()
 
-    def add(self, k: int, truth: ArmState) -> None:
-        """Keep the true state of period ``k``."""
+    def reported(self, effort: np.ndarray, gravity: np.ndarray | None) -> np.ndarray:
+        """Return the torque that acted as the drives report it: [N m], or [A] as a current."""
+        if self._feedback == 'total':
+            return effort
+        return effort / self._torque_constant if gravity is None else effort - gravity
+
+    def measure(self, k: int, truth: ArmState) -> ArmState:
+        """Return the state of period ``k`` as it is measured: its stamp, content of before."""
         self._past.append((k, truth))
-
-    def measure(self, delay: int, position: float, velocity: float, seed: int) -> ArmState:
-        """
-        Return the newest state as it is measured.
-
-        Parameters
-        ----------
-        delay : int
-            Control periods between the measured state and the true one.
-        position, velocity : float
-            Standard deviations [rad], [rad/s].
-        seed : int
-            Key of the noise.
-
-        Returns
-        -------
-        ArmState
-            The stamp of the newest state with the content of ``delay`` periods before.
-
-        """
-        stamp = self._past[-1][1].stamp
-        k, (_, q, qd, effort) = self._past[max(-1 - delay, -len(self._past))]
-        if position > 0.0 or velocity > 0.0:
-            noise = self._noise.of_period(seed, k)
-            q, qd = q + position * noise[:6], qd + velocity * noise[6:]
-        return ArmState(stamp, q, qd, effort)
+        if self._plain:
+            return truth
+        k, (_, q, qd, effort) = self._past[max(-1 - self._delay, -len(self._past))]
+        if self._position > 0.0 or self._velocity > 0.0:
+            noise = self._noise.of_period(self._seed, k)
+            q, qd = q + self._position * noise[:6], qd + self._velocity * noise[6:]
+        return ArmState(truth.stamp, q, qd, effort)
