@@ -86,9 +86,10 @@ pytest-quick: setup-all
 coverage: setup-all  ## the same tests under watch: which lines no test runs
 	$(PYTEST) -q -m 'not browser' --cov=ur5_ros --cov-report=term:skip-covered $(ARGS) </dev/null
 
-test-browser: setup-all  ## the viewer and the report in headless Chromium, PyBullet's window in Xvfb
+test-browser: setup-all  ## every page in headless Chromium, PyBullet's window in Xvfb, Rerun's viewer
 	@command -v chromium >/dev/null || { echo 'No chromium here; on Debian or Ubuntu: apt-get install chromium'; exit 2; }
 	@command -v Xvfb >/dev/null || { echo 'No Xvfb here; on Debian or Ubuntu: apt-get install xvfb'; exit 2; }
+	@ls /usr/share/vulkan/icd.d/*.json >/dev/null 2>&1 || { echo 'No Vulkan driver here; on Debian or Ubuntu: apt-get install mesa-vulkan-drivers'; exit 2; }
 	$(PYTEST) -q -m browser $(ARGS) </dev/null
 
 bench: setup-all  ## figures as ratios to references measured in the same run

@@ -1,6 +1,10 @@
 """A run as a table or a scene: every state and every number of it, readable by other tools."""
 
 import csv
+import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import polars
@@ -9,6 +13,9 @@ import pytest
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.errors import InputError
 from ur5_ros.export.export import check_name, export
+from ur5_ros.loop.closed_loop import run_closed_loop
+from ur5_ros.loop.loop_run import as_run
+from ur5_ros.loop.run_config import run_config
 from ur5_ros.signals import JOINT_NAMES
 
 
@@ -41,10 +48,34 @@ def test_parquet_holds_the_same_columns(golden, tmp_path):
     assert table.equals(polars.read_csv(tmp_path / 'run.csv', infer_schema_length=None))
 
 
-def test_a_rerun_recording_holds_the_moving_arm_and_the_curves(golden, tmp_path):
+def rerun(*arguments) -> str:
+    """Return what Rerun's own command prints about a file."""
+    done = subprocess.run([Path(sys.executable).parent / 'rerun', 'rrd', *arguments],
+                          capture_output=True, text=True, timeout=100, check=True)
+    return done.stdout
+
+
+def test_a_rerun_recording_holds_the_moving_arm_and_the_curves(golden, tmp_path, capfd):
     export(golden, tmp_path / 'run.rrd')
-    data = (tmp_path / 'run.rrd').read_bytes()
-    assert data[:4] == b'RRF2' and 100_000 < len(data) < 20_000_000
+    assert 'WARN' not in capfd.readouterr().err
+    rerun('verify', tmp_path / 'run.rrd')
+    text = rerun('stats', tmp_path / 'run.rrd')
+    chunks = dict(re.findall(r'^(/\S+): (\d+)$', text.partition('chunks per entity')[2], re.M))
+    for joint in JOINT_NAMES:
+        for quantity in ('position', 'velocity', 'effort', 'error'):
+            assert chunks[f'/{quantity}/{joint}'] == '2', 'its colour, and its values over time'
+    turning = [path for path in chunks if path.endswith('_link') and 'inertia/' in path]
+    assert len(turning) == 6
+    assert all(chunks[path] == '1' for path in turning), 'a static pose would hide the others'
+    assert chunks['/urdf'] == '1' and chunks['/arm/base/axes'] == '1'
+
+
+def test_a_rerun_recording_holds_the_world_and_what_moves_in_it(tmp_path):
+    pushed = as_run(run_closed_loop(run_config('push_block', duration=1.6)), 'pushed')
+    export(pushed, tmp_path / 'run.rrd')
+    text = rerun('stats', tmp_path / 'run.rrd')
+    assert {'/world/table', '/world/table/shape', '/world/block',
+            '/world/block/shape'} <= set(re.findall(r'^(/\S+): \d+$', text, re.M))
 
 
 @pytest.mark.parametrize(('name', 'words'), [

@@ -262,6 +262,41 @@ def test_plotjuggler_draws_every_joint_by_its_name():
                 f'/ur5_control/error/{joint}/position'} <= curves
 
 
+def test_plotjuggler_finds_the_structure_that_it_writes_itself():
+    root = ElementTree.parse(ROOT / 'config/layouts/plotjuggler.xml').getroot()
+    window, = root.findall('tabbed_widget')
+    assert (root.tag, window.get('parent')) == ('root', 'main_window')
+    for tab in window.findall('Tab'):
+        containers = tab.findall('Container')
+        assert tab.get('tab_name') and int(tab.get('containers')) == len(containers) == 1
+        for splitter in containers[0].iter('DockSplitter'):
+            sizes = [float(size) for size in splitter.get('sizes').split(';')]
+            assert splitter.get('orientation') in ('-', '|')
+            assert int(splitter.get('count')) == len(sizes) == len(list(splitter))
+            assert sum(sizes) == pytest.approx(1.0, abs=1e-3)
+        for area in containers[0].iter('DockArea'):
+            plot, = area.findall('plot')
+            assert '[' in area.get('name'), 'with its unit'
+            assert (plot.get('mode'), plot.get('style')) == ('TimeSeries', 'Lines')
+            assert plot.findall('curve'), 'no empty plot'
+
+
+def test_foxglove_finds_panels_that_it_has_and_topics_that_the_nodes_have():
+    layout = json.loads((ROOT / 'config/layouts/foxglove.json').read_text(encoding='utf-8'))
+    assert {'configById', 'globalVariables', 'userNodes', 'playbackConfig',
+            'layout'} == set(layout)
+    assert {name.partition('!')[0] for name in layout['configById']} == {
+        '3D', 'Plot', 'Diagnostics'}
+    page = (ROOT / 'docs/reference/topics.md').read_text(encoding='utf-8')
+    for name, panel in layout['configById'].items():
+        values = [path['value'] for path in panel.get('paths', ())]
+        topics = {value.partition('.')[0] for value in values} | set(panel.get('topics', ()))
+        if name.startswith('Plot!'):
+            assert values and panel['yAxisLabel'] in ('rad', 'mrad', 'rad/s', 'N m'), 'its unit'
+        for topic in topics:
+            assert f'`{topic}`' in page or f"`~/{topic.rpartition('/')[2]}`" in page, topic
+
+
 def test_every_foxglove_panel_that_is_placed_is_described():
     layout = json.loads((ROOT / 'config/layouts/foxglove.json').read_text(encoding='utf-8'))
 
@@ -294,7 +329,7 @@ if HAVE_LAUNCH:  # a full ROS installation: launch and launch_ros are not among 
         assert processes
 
 
-def test_a_preset_decides_what_nobody_typed():
+def test_a_preset_decides_what_was_not_typed():
     (simulator,), _ = launched('sim', preset='ur_torque_mode', arm='ur10e_real')
     sheet, preset, typed = simulator.parameters
     assert sheet.endswith('sim.yaml') and preset.endswith('presets/ur_torque_mode.yaml')

@@ -6,16 +6,36 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.report.palette import JOINT_COLOURS, MEASURED, REFERENCE, rgb
+from ur5_ros.analysis.report.palette import (
+    JOINT_COLOURS,
+    MEASURED,
+    REFERENCE,
+    SHORT_NAMES,
+    rgb,
+)
 from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import quaternion_of
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.urdf import urdf_text
-from ur5_ros.viewer.track import Track, arm_of, drawable, joint_angles, track, tree_of
+from ur5_ros.viewer.picture.frame import AXES
+from ur5_ros.viewer.stage import BASE_AXES, TOOL_AXES
+from ur5_ros.viewer.track import (
+    Track,
+    arm_of,
+    drawable,
+    joint_angles,
+    number_frame,
+    track,
+    tree_of,
+)
 from ur5_ros.viewer.urdf_tree import UrdfTree, Visual, turn
+from ur5_ros.viewer.world_track import WorldTrack
 
 #: Poses of the arm that are written at most; curves have every state.
 POSES = 3000
+#: Entities of the curves, and the names of their views.
+QUANTITIES = (('position', 'joint position [rad]'), ('velocity', 'joint velocity [rad/s]'),
+              ('effort', 'torque [N m]'), ('error', 'joint error [mrad]'))
 
 
 def write_scene(run: Run, out: Path) -> None:
@@ -34,7 +54,7 @@ def write_scene(run: Run, out: Path) -> None:
         raise InputError("Rerun's file needs rerun-sdk; in the checkout: make setup-all, or pip "
                          "install '.[export]'; or write a .csv") from None
     arm = drawable(arm_of(run))
-    tree = tree_of(arm)
+    tree = tree_of(arm, run.sim.world if run.sim else None)
     recording = rerun.RecordingStream('ur5_ros', recording_id=run.name)
     recording.save(str(out))
     scene = _Scene(rerun, recording, tree)
@@ -42,10 +62,11 @@ def write_scene(run: Run, out: Path) -> None:
     scene.draw()
     rows = track(run, tree, POSES)
     scene.move(rows)
+    scene.world(WorldTrack(run), rows.t)
     scene.path('tool/measured', rows.tool, MEASURED)
     scene.path('tool/reference', rows.tool_reference, REFERENCE)
     _curves(rerun, recording, run)
-    recording.send_blueprint(_layout())
+    recording.send_blueprint(_layout(run))
     recording.flush()
     recording.disconnect()
 
@@ -56,13 +77,20 @@ class _Scene:
     def __init__(self, rerun: Any, recording: Any, tree: UrdfTree):
         self._rerun, self._recording, self._tree = rerun, recording, tree
         self._paths = {tree.root: 'arm'}
+        self._base, self._base_name = number_frame(tree)
         for joint in tree.joints:
             self._paths[joint.child] = f'{self._paths[joint.parent]}/{joint.child}'
 
     def draw(self) -> None:
-        """Log what does not change: fixed frames and shapes."""
+        """Log what does not change: fixed frames, named axes and shapes."""
+        self._axes(self._paths[self._base_name], self._base_name, BASE_AXES)
+        for link, path in self._paths.items():
+            if link.endswith('tool0'):
+                self._axes(path, link, TOOL_AXES)
         for joint in self._tree.joints:
-            self._recording.log(self._paths[joint.child], self._transform(joint.pose), static=True)
+            if not joint.axis.any():  # what is static would hide poses over time
+                self._recording.log(self._paths[joint.child], self._transform(joint.pose),
+                                    static=True)
         for link, visuals in self._tree.visuals.items():
             for i, visual in enumerate(visuals):
                 self._recording.log(f'{self._paths[link]}/shape_{i}', self._shape(visual),
@@ -74,13 +102,30 @@ class _Scene:
         for joint in self._tree.joints:
             if joint.name not in angles:
                 continue
-            poses = joint.pose @ turn(joint.axis, angles[joint.name])
-            quaternions = np.array([quaternion_of(pose[:3, :3]) for pose in poses])
-            self._recording.send_columns(
-                self._paths[joint.child] + '/',
-                [self._rerun.TimeColumn('time', duration=rows.t)],
-                self._rerun.Transform3D.columns(translation=poses[:, :3, 3],
-                                                quaternion=quaternions))
+            self._move(self._paths[joint.child], rows.t,
+                       joint.pose @ turn(joint.axis, angles[joint.name]))
+
+    def world(self, world: WorldTrack, t: np.ndarray) -> None:
+        """Log the bodies that the arm can touch, and their poses over time."""
+        poses = np.array([self._base @ world.poses(each) for each in t])
+        for i, (body, visual) in enumerate(zip(world.bodies, world.visuals, strict=True)):
+            path = f'world/{body.name}'
+            self._recording.log(f'{path}/shape', self._shape(visual), static=True)
+            if body.free:
+                self._move(path, t, poses[:, i])
+            else:
+                self._recording.log(path, self._transform(poses[0, i]), static=True)
+
+    def _move(self, path: str, t: np.ndarray, poses: np.ndarray) -> None:
+        quaternions = np.array([quaternion_of(pose[:3, :3]) for pose in poses])
+        self._recording.send_columns(
+            path, [self._rerun.TimeColumn('time', duration=t)],
+            self._rerun.Transform3D.columns(translation=poses[:, :3, 3], quaternion=quaternions))
+
+    def _axes(self, path: str, name: str, length: float) -> None:
+        self._recording.log(f'{path}/axes', self._rerun.Arrows3D(
+            vectors=length * np.eye(3), colors=AXES, radii=0.003,
+            labels=[f'{name} x', 'y', 'z']), static=True)
 
     def path(self, name: str, points: np.ndarray, colour: str) -> None:
         """Log a line through the points that are known."""
@@ -101,28 +146,40 @@ class _Scene:
                                            **place)
         if visual.kind == 'sphere':
             return self._rerun.Ellipsoids3D(radii=[visual.size[0]], **place)
+        if visual.triangles is not None:
+            corners = visual.triangles.reshape(-1, 3)
+            return self._rerun.Mesh3D(vertex_positions=corners,
+                                      albedo_factor=[*visual.colour, 255])
         return self._rerun.Boxes3D(sizes=[visual.size], **place)
 
 
 def _curves(rerun: Any, recording: Any, run: Run) -> None:
     """Log positions, velocities, torques and errors of the joints."""
-    quantities = {'position [rad]': run.states.q, 'velocity [rad_s]': run.states.qd,
-                  'effort [N m]': run.states.effort}
-    if run.reference is not None:
-        quantities['error [rad]'] = run.states.q - run.reference.q
     time = rerun.TimeColumn('time', duration=run.t)
-    for quantity, values in quantities.items():
+    for (quantity, _), values in zip(QUANTITIES, _values(run), strict=True):
+        if values is None:
+            continue
         for i, joint in enumerate(JOINT_NAMES):
             path = f'{quantity}/{joint}'
-            recording.log(path, rerun.SeriesLines(colors=[rgb(JOINT_COLOURS[i])], names=[joint]),
-                          static=True)
+            recording.log(path, rerun.SeriesLines(colors=[rgb(JOINT_COLOURS[i])],
+                                                  names=[SHORT_NAMES[i]]), static=True)
             recording.send_columns(path, [time], rerun.Scalars.columns(scalars=values[:, i]))
 
 
-def _layout() -> Any:
+def _values(run: Run) -> tuple[np.ndarray | None, ...]:
+    """Return the curves in the order of :data:`QUANTITIES`; None for what the run lacks."""
+    error = None if run.reference is None else 1e3 * (run.states.q - run.reference.q)
+    return tuple(values if values is not None and np.isfinite(values).any() else None
+                 for values in (run.states.q, run.states.qd, run.states.effort, error))
+
+
+def _layout(run: Run) -> Any:
     """Return the arrangement of the window: the arm, and curves beside it."""
     import rerun.blueprint as layout
-    names = ('position [rad]', 'velocity [rad_s]', 'effort [N m]', 'error [rad]')
+    views = [layout.TimeSeriesView(origin=quantity, name=name)
+             for (quantity, name), values in zip(QUANTITIES, _values(run), strict=True)
+             if values is not None]
     return layout.Blueprint(layout.Horizontal(
-        layout.Spatial3DView(origin='/', name='arm'),
-        layout.Vertical(*(layout.TimeSeriesView(origin=name, name=name) for name in names))))
+        layout.Spatial3DView(origin='/', name='arm', contents=['+ /arm/**', '+ /tool/**',
+                                                               '+ /world/**']),
+        layout.Vertical(*views)), collapse_panels=True)

@@ -34,7 +34,8 @@ class WorldTrack:
         """What stands there; :meth:`poses` has their order."""
         self.visuals = [body_visual(body) for body in world.bodies]
         """What they look like, each in its own frame."""
-        self._start = np.array([base_pose(body, world.frame) for body in world.bodies])
+        self._start = np.array([base_pose(body, world.frame)
+                                for body in world.bodies]).reshape(-1, 4, 4)
         self._free = [i for i, body in enumerate(world.bodies) if body.free]
         self._objects = np.array([stamp for stamp, _ in run.objects], dtype=np.int64)
         self._poses = [poses for _, poses in run.objects]
