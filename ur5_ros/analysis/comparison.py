@@ -67,25 +67,7 @@ class Comparison(NamedTuple):
 
 
 def compare(a: Run, b: Run) -> Comparison:
-    """
-    Compare two runs, state by state, matched by stamp.
-
-    Parameters
-    ----------
-    a, b : Run
-        The runs.
-
-    Returns
-    -------
-    Comparison
-        What differs.
-
-    Raises
-    ------
-    InputError
-        If they have no stamp in common.
-
-    """
+    """Compare two runs, state by state, matched by stamp."""
     stamp, rows_a, rows_b = np.intersect1d(a.stamp, b.stamp, assume_unique=True,
                                            return_indices=True)
     if not len(stamp):

@@ -43,18 +43,8 @@ def robot_external_torque(run: Run, arm: ArmParameters) -> ExternalTorque | None
     """
     Return the external torque on a real arm.
 
-    Parameters
-    ----------
-    run : Run
-        A recording of a real arm.
-    arm : ArmParameters
-        Its parameters with friction, such as ``ur5 identify`` writes them.
-
-    Returns
-    -------
-    ExternalTorque or None
-        None where :func:`motor_torque` is None or holds no numbers.
-
+    ``arm``: its parameters with friction, such as ``ur5 identify`` writes them.  Returned: None
+    where :func:`motor_torque` is None or holds no numbers.
     """
     torque = motor_torque(run, arm)
     if torque is None or not np.isfinite(torque).any():

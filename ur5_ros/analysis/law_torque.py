@@ -19,20 +19,9 @@ def law_torque(run: Run, laws: list[Law], rows: np.ndarray) -> np.ndarray:
     """
     Return the torque of laws without memory for ascending rows, before any limit.
 
-    Parameters
-    ----------
-    run : Run
-        A recording with states and references.
-    laws : list of Law
-        Those in force; each :attr:`~ur5_ros.analysis.laws.Law.without_memory`.
-    rows : numpy.ndarray, shape (n,)
-        Rows of the run, each of them answered by one of the laws.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 6)
-        Gravity included [N m].
-
+    ``laws``: those in force; each :attr:`~ur5_ros.analysis.laws.Law.without_memory`; ``rows``
+    (n,): rows of the run, each of them answered by one of the laws.  Returned: gravity included [N
+    m], (n, 6).
     """
     star, arm = run.required_reference, run.required_control.arm
     out = np.empty((len(rows), 6))

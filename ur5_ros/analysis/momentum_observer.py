@@ -22,27 +22,11 @@ def external_torque(
     Albu-Schaeffer 2017, eq. 24).  Sampled: each period's change of p against the mean of the model
     at its two ends.
 
-    Parameters
-    ----------
-    q, qd : numpy.ndarray, shape (n, 6)
-        States, manufacturer's angles [rad], [rad/s].
-    effort : numpy.ndarray, shape (n, 6)
-        Torque that acted up to each state [N m].
-    period : float
-        Time between two states [s].
-    arm : ArmParameters
-        The arm.
-    gain : float
-        K [1/s]: 1 / K is the time after which a step shows to 63 %.
-    known : numpy.ndarray, shape (n - 1,), bool, optional
-        Which states are followed by the state one period later; the observer begins anew after
-        the others.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 6)
-        r [N m]; zero in the first row.
-
+    ``q``, ``qd`` (n, 6): states, manufacturer's angles [rad], [rad/s]; ``effort`` (n, 6): torque
+    that acted up to each state [N m]; ``period``: time between two states [s]; ``gain``: K [1/s]:
+    1 / K is the time after which a step shows to 63 %; ``known`` (n - 1,): which states are
+    followed by the state one period later; the observer begins anew after the others.  Returned: r
+    [N m]; zero in the first row, (n, 6).
     """
     momentum, drift = np.empty(q.shape), np.empty(q.shape)
     for start in range(0, len(q), CHUNK):
@@ -60,22 +44,9 @@ def first_order(values: np.ndarray, gain: float, period: float,
     """
     Return what r' = gain (value - r) makes of a value that acts up to each row.
 
-    Parameters
-    ----------
-    values : numpy.ndarray, shape (n - 1, m)
-        Mean from each row to the next.
-    gain : float
-        [1/s].
-    period : float
-        Time between two rows [s].
-    known : numpy.ndarray, shape (n - 1,), bool, optional
-        Where not, r begins anew from zero.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, m)
-        r, exact for a value that is constant over each period.
-
+    ``values`` (n - 1, m): mean from each row to the next; ``gain``: [1/s]; ``period``: time
+    between two rows [s]; ``known`` (n - 1,): where not, r begins anew from zero.  Returned: r,
+    exact for a value that is constant over each period, (n, m).
     """
     share = -np.expm1(-gain * period)
     r = np.zeros((len(values) + 1, values.shape[1]))

@@ -40,16 +40,8 @@ class PlantModel:
         Written anew here, not taken from :mod:`ur5_ros.model.friction`: the analysis is a witness
         of the simulator.
 
-        Parameters
-        ----------
-        q, qd : numpy.ndarray, shape (n, 6)
-            States [rad, rad/s], manufacturer's angles.
-
-        Returns
-        -------
-        damping, level, offset : numpy.ndarray, shape (n, 6)
-            [N m s/rad], [N m], [N m].
-
+        ``q``, ``qd`` (n, 6): states [rad, rad/s], manufacturer's angles.  Returned: ``damping``,
+        ``level``, ``offset`` (n, 6): [N m s/rad], [N m], [N m].
         """
         part, speed = self.friction, np.abs(qd)
         peak = np.maximum(part.static - part.coulomb, 0.0)

@@ -36,15 +36,7 @@ def judge(name: str, value: float, limit: float, unit: str, sentence: str, **det
     """
     Return a check that passes when ``value`` is a number and at most ``limit``.
 
-    Parameters
-    ----------
-    name, unit, sentence : str
-        As in :class:`Check`.
-    value, limit : float
-        The number and its mark; a NaN fails.
-    **details
-        More numbers.
-
+    ``value``, ``limit``: the number and its mark; a NaN fails.
     """
     value = float(value)
     verdict = PASS if value <= limit else FAIL

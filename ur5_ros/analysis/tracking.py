@@ -66,11 +66,7 @@ def continuous_vectors(vectors: np.ndarray) -> np.ndarray:
     """
     Return rotation vectors made continuous along the rows: beyond pi instead of turning over.
 
-    Parameters
-    ----------
-    vectors : numpy.ndarray, shape (n, 3)
-        Rotation vectors, angle 0 to pi [rad].
-
+    ``vectors`` (n, 3): rotation vectors, angle 0 to pi [rad].
     """
     length = np.linalg.norm(vectors, axis=1)
     flip = np.concatenate([[False], (np.einsum('ni,ni->n', vectors[1:], vectors[:-1]) < 0.0)

@@ -25,28 +25,9 @@ def describe(
     """
     Return the description that goes into a bag's metadata record and its metadata.yaml.
 
-    Parameters
-    ----------
-    node : str
-        ``'sim'`` or ``'control'``.
-    run : str
-        Name of the run.
-    arm_name, arm_text : str
-        Name of the arm and the YAML text of its file.
-    parameters : mapping
-        Every parameter of the node with its value at the start.
-    topics : mapping
-        Role to resolved topic name, such as ``{'joint_states': '/joint_states'}``.
-    fingerprint : mapping
-        What repeatability to the last bit depends on.
-    world_text : str
-        The YAML text of what stands around the arm; empty for nothing.
-
-    Returns
-    -------
-    dict of str to str
-        Texts; a value of another type is JSON.
-
+    ``node``: ``'sim'`` or ``'control'``; ``topics``: role to resolved topic name, such as
+    ``{'joint_states': '/joint_states'}``; ``world_text``: the YAML text of what stands around the
+    arm; empty for nothing.  Returned: texts; a value of another type is JSON.
     """
     return {
         'format': FORMAT,

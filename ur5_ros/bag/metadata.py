@@ -29,17 +29,9 @@ def qos_profile(reliability: str = 'reliable', durability: str = 'volatile',
     """
     Return an offered QoS profile as rosbag2 writes it.
 
-    Parameters
-    ----------
-    reliability : str
-        ``'reliable'`` or ``'best_effort'``.
-    durability : str
-        ``'volatile'`` or ``'transient_local'``.
-    history : str
-        ``'keep_last'`` or ``'keep_all'``.
-    depth : int
-        Messages kept by ``'keep_last'``.
-
+    ``reliability``: ``'reliable'`` or ``'best_effort'``; ``durability``: ``'volatile'`` or
+    ``'transient_local'``; ``history``: ``'keep_last'`` or ``'keep_all'``; ``depth``: messages kept
+    by ``'keep_last'``.
     """
     return {
         'history': history, 'depth': depth, 'reliability': reliability, 'durability': durability,

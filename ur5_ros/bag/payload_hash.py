@@ -11,15 +11,7 @@ _BATCH = 512
 
 
 class PayloadHash:
-    """
-    SHA-256 over stamp (int64, ns) and the float64 fields of JointState messages, little-endian.
-
-    Parameters
-    ----------
-    layout : FixedJointState
-        The layout of every message.
-
-    """
+    """SHA-256 over stamp (int64, ns) and float64 fields of JointState, little-endian."""
 
     def __init__(self, layout: FixedJointState) -> None:
         fields = {name: (f'({number},){kind}', offset)

@@ -72,25 +72,9 @@ def recover(path: Path | str, out: Path | str | None = None) -> Recovery:
 
     Doing it again gives the same files. The copy appears under its name when it is whole.
 
-    Parameters
-    ----------
-    path : path
-        A run (``sim/`` and ``control/`` in it), a bag folder or an MCAP file.
-    out : path, optional
-        Where to; default: ``<name>.recovered`` beside it.
-
-    Returns
-    -------
-    Recovery
-        ``out`` is None where nothing was wrong; then nothing has been written.
-
-    Raises
-    ------
-    BagError
-        If nothing of it can be read.
-    InputError
-        If ``out`` exists with other content, or cannot be written.
-
+    ``path``: A run (``sim/`` and ``control/`` in it), a bag folder or an MCAP file; ``out``: where
+    to; default: ``<name>.recovered`` beside it.  Returned: ``out`` is None where nothing was
+    wrong; then nothing has been written.
     """
     path = Path(os.path.abspath(path))
     bags, unreadable = [], []

@@ -80,15 +80,7 @@ class BagFolder:
         self._file.note(NOTE_RECORD + name, checked(NOTE_RECORD + name, values))
 
     def write(self, messages: Sequence[Message]) -> None:
-        """
-        Write messages in chunks, into the next file where this one is full.
-
-        Raises
-        ------
-        struct.error, TypeError, KeyError
-            If a message is malformed; ``written`` counts those that are in the file all the same.
-
-        """
+        """Write messages in chunks, into the next file where this one is full."""
         at = 0
         while at < len(messages):
             if self._is_full(messages[at]):

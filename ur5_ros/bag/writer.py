@@ -35,24 +35,9 @@ class BagWriter:
     No method raises because of the disk: after the first error nothing more is written,
     ``failure`` says why, and ``lost`` counts the messages that are in no file.
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-        The bag; it must not exist.
-    description : mapping of str to str
-        Stands in every file and in ``custom_data`` of metadata.yaml.
-    max_duration : float
-        Log time in one file [s]; 0 = no limit.
-    max_size : int
-        Size of one file [bytes]; 0 = no limit.
-    blocking : bool
-        Let :meth:`write` wait for the disk instead of dropping messages: for everything that is
-        no control loop.
-
-    Raises
-    ------
-    InputError
-        If the folder exists or cannot be made.
+    ``folder``: the bag; it must not exist; ``description``: stands in every file and in
+    ``custom_data`` of metadata.yaml; ``max_duration``: log time in one file [s]; 0 = no limit;
+    ``max_size``: size of one file [bytes]; 0 = no limit.
 
     """
 
@@ -86,22 +71,9 @@ class BagWriter:
         """
         Announce a topic and return its id.
 
-        Parameters
-        ----------
-        name : str
-            Resolved topic name.
-        type : str
-            For example ``sensor_msgs/msg/JointState``.
-        qos : mapping, optional
-            As :func:`ur5_ros.bag.metadata.qos_profile` returns it; default: its defaults.
-        type_hash : str
-            RIHS01 hash; empty: computed from the definition.
-
-        Raises
-        ------
-        InputError
-            If the type is none of those recorded.
-
+        ``type``: for example ``sensor_msgs/msg/JointState``; ``qos``: as
+        :func:`ur5_ros.bag.metadata.qos_profile` returns it; default: its defaults; ``type_hash``:
+        RIHS01 hash; empty: computed from the definition.
         """
         text = schema_text(type).encode()
         with self._lock:
@@ -117,17 +89,8 @@ class BagWriter:
         """
         Hand over a message; the thread packs and writes it.
 
-        Parameters
-        ----------
-        topic : int
-            What :meth:`topic` returned.
-        log_time : int
-            When it was recorded [ns].
-        data : bytes
-            CDR.
-        publish_time : int, optional
-            When it was sent [ns]; default: the log time.
-
+        ``log_time``: when it was recorded [ns]; ``publish_time``: when it was sent [ns]; default:
+        the log time.
         """
         waiting = self._waiting
         while self._blocking and len(waiting) >= MAX_WAITING and self._thread.is_alive():
@@ -143,11 +106,7 @@ class BagWriter:
         """
         Return :meth:`write` for a control loop: ``record(topic, data)`` of this moment.
 
-        Parameters
-        ----------
-        offset : int
-            From the steady clock to log times [ns].
-
+        ``offset``: from the steady clock to log times [ns].
         """
         waiting, most, now = self._waiting, MAX_WAITING, time.monotonic_ns
 
@@ -162,17 +121,7 @@ class BagWriter:
         return record
 
     def note(self, name: str, values: Mapping[str, Any]) -> None:
-        """
-        Add a metadata record; the last one of a name counts.
-
-        Parameters
-        ----------
-        name : str
-            What the reader finds it under.
-        values : mapping
-            JSON-able values.
-
-        """
+        """Add a metadata record; the last one of a name counts."""
         self._notes.append((name, {key: json.dumps(value) for key, value in values.items()}))
 
     @property

@@ -97,18 +97,7 @@ def conditions_of(name: str, seed: int) -> tuple[Conditions, np.ndarray]:
     """
     Return the conditions of a run and its joint error at the start.
 
-    Parameters
-    ----------
-    name : str
-        A key of :data:`PERTURBATIONS`, or ``nothing``.
-    seed : int
-        Equal seeds give equal conditions to all laws.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown.
-
+    ``name``: A key of :data:`PERTURBATIONS`, or ``nothing``.
     """
     known = {'nothing': nothing, **PERTURBATIONS}
     if name not in known:

@@ -20,17 +20,8 @@ def summary(rows: list[dict[str, Any]]) -> polars.DataFrame:
     """
     Return a row for each law.
 
-    Parameters
-    ----------
-    rows : list of dict
-        From :func:`ur5_ros.bench.runs.run_jobs`.
-
-    Returns
-    -------
-    polars.DataFrame
-        ``law``, runs, how many survived, the median of each score over the runs survived, the
-        largest payload [kg] and delay [ms] survived; in the order of the laws.
-
+    Returned: ``law``, runs, how many survived, the median of each score over the runs survived,
+    the largest payload [kg] and delay [ms] survived; in the order of the laws.
     """
     table = polars.DataFrame(rows, infer_schema_length=None)
     runs = table.filter(polars.col('kind') == 'run')

@@ -47,17 +47,8 @@ def run_jobs(jobs: list[Job], scheduler: str | None = None, workers: int | None 
     """
     Return a row for each job, in their order.
 
-    Parameters
-    ----------
-    jobs : list of Job
-        From :func:`jobs_of`.
-    scheduler : str, optional
-        Address of a Dask scheduler; workers on this machine if not given.
-    workers : int, optional
-        Worker processes on this machine; one a core if not given.
-    progress : callable, optional
-        Is given the number of jobs done.
-
+    ``scheduler``: address of a Dask scheduler; workers on this machine if not given; ``workers``:
+    worker processes on this machine; one a core if not given.
     """
     rows: list[dict[str, Any]] = []
     with cluster(scheduler, workers) as address, connected(address) as client:

@@ -14,18 +14,9 @@ def scores_of(run: LoopRun) -> dict[str, float]:
     """
     Return the scores of a run.
 
-    Parameters
-    ----------
-    run : LoopRun
-        A finished run.
-
-    Returns
-    -------
-    dict
-        ``rms_error`` and ``max_error`` of the exact joint positions after :data:`SETTLING` [rad],
-        ``effort`` (root mean square of the joint torques [N m]), ``energy`` (integral of
-        |tau qd| [J]), ``roughness`` (root mean square of the rate of the torques [N m/s]).
-
+    Returned: ``rms_error`` and ``max_error`` of the exact joint positions after :data:`SETTLING`
+    [rad], ``effort`` (root mean square of the joint torques [N m]), ``energy`` (integral of |tau
+    qd| [J]), ``roughness`` (root mean square of the rate of the torques [N m/s]).
     """
     exact = run.truth
     q, qd = (run.q, run.qd) if exact is None else (exact.q, exact.qd)

@@ -44,17 +44,7 @@ def cost(rows: list[dict[str, Any]]) -> float:
 
 def tune(workers: int | None = None, progress: Callable[[float], None] = lambda done: None,
          ) -> BenchFile:
-    """
-    Return the best candidate of every law, and all that were tried.
-
-    Parameters
-    ----------
-    workers : int, optional
-        Worker processes.
-    progress : callable, optional
-        Is given the number of runs done.
-
-    """
+    """Return the best candidate of every law, and all that were tried."""
     tried = [(law, gains) for law in LAWS for gains in candidates()]
     jobs = [Job(entry_of(law, gains), name, SEED) for law, gains in tried for name in CONDITIONS]
     rows = run_jobs(jobs, workers=workers, progress=progress)

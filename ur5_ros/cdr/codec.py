@@ -26,26 +26,9 @@ def decode(type_name: str, data: bytes, definitions: Definitions | None = None) 
     """
     Return the fields of a message.
 
-    Parameters
-    ----------
-    type_name : str
-        For example ``sensor_msgs/msg/JointState``.
-    data : bytes
-        CDR with its encapsulation header, little- or big-endian.
-    definitions : mapping, optional
-        Of this type and all that it is made of; default: the recorded type of that name.
-
-    Returns
-    -------
-    dict
-        Numbers as int, float, bool; sequences of numbers as NumPy arrays; text as str; nested
-        messages as dicts.
-
-    Raises
-    ------
-    BagError
-        If the bytes are no such message: too short, too long, a length beyond their end, bad text.
-
+    ``type_name``: for example ``sensor_msgs/msg/JointState``; ``definitions``: of this type and
+    all that it is made of; default: the recorded type of that name.  Returned: numbers as int,
+    float, bool; sequences of numbers as NumPy arrays; text as str; nested messages as dicts.
     """
     if definitions is None:
         definitions = definitions_of(type_name)
@@ -161,20 +144,9 @@ def encode(type_name: str, value: Mapping[str, Any],
     """
     Return a message as little-endian CDR bytes with zero padding.
 
-    Parameters
-    ----------
-    type_name : str
-        For example ``diagnostic_msgs/msg/DiagnosticArray``.
-    value : mapping
-        Its fields; those left out are zero, empty or, as ROS does it, their elements' zeros.
-    definitions : mapping, optional
-        Of this type and all that it is made of; default: the recorded type of that name.
-
-    Raises
-    ------
-    ValueError
-        If a field is unknown or does not fit its type.
-
+    ``type_name``: for example ``diagnostic_msgs/msg/DiagnosticArray``; ``value``: its fields;
+    those left out are zero, empty or, as ROS does it, their elements' zeros; ``definitions``: of
+    this type and all that it is made of; default: the recorded type of that name.
     """
     if definitions is None:
         definitions = definitions_of(type_name)

@@ -61,15 +61,7 @@ def encode_markers(stamp: int, frame_id: str, contacts: Sequence[ContactForce]) 
 
 
 def decode_markers(data: bytes) -> tuple[int, list[ContactForce]]:
-    """
-    Return stamp [ns] and contacts of what :func:`encode_markers` gave.
-
-    Raises
-    ------
-    BagError
-        If the bytes are no such message.
-
-    """
+    """Return stamp [ns] and contacts of what :func:`encode_markers` gave."""
     first, *arrows = decode(_MARKERS, data)['markers']
     found = []
     for normal, lateral in zip(arrows[::2], arrows[1::2], strict=True):
@@ -91,15 +83,7 @@ def encode_poses(stamp: int, frame_id: str,
 
 
 def decode_poses(data: bytes) -> tuple[int, np.ndarray]:
-    """
-    Return stamp [ns] and positions and quaternions, shape (n, 7), of a PoseArray.
-
-    Raises
-    ------
-    BagError
-        If the bytes are no such message.
-
-    """
+    """Return stamp [ns] and positions and quaternions, shape (n, 7), of a PoseArray."""
     message = decode(_POSES, data)
     rows = [[*(pose['position'][axis] for axis in 'xyz'),
              *(pose['orientation'][axis] for axis in 'xyzw')] for pose in message['poses']]

@@ -15,17 +15,7 @@ def status_array(
     """
     Return diagnostic_msgs/DiagnosticArray with one status, as CDR bytes.
 
-    Parameters
-    ----------
-    stamp : int
-        Header stamp [ns].
-    name, message, hardware_id : str
-        Fields of the status.
-    values : mapping
-        Key to anything with a text.
-    level : int
-        ``OK``, ``WARN``, ``ERROR`` or ``STALE``.
-
+    ``stamp``: header stamp [ns]; ``level``: ``OK``, ``WARN``, ``ERROR`` or ``STALE``.
     """
     seconds, nanoseconds = divmod(stamp, 1_000_000_000)
     return encode('diagnostic_msgs/msg/DiagnosticArray', {

@@ -49,14 +49,7 @@ class FixedJointState:
     """
     sensor_msgs/JointState with names that do not change: one microsecond instead of twenty.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Joint names, in the order of the numbers.
-    frame_id : str
-        Written into the header.
-    fields : sequence of str
-        Which of position, velocity and effort are filled; the others are empty sequences.
+    ``fields``: which of position, velocity and effort are filled; the others are empty sequences.
 
     """
 
@@ -89,18 +82,8 @@ class FixedJointState:
         """
         Return the message as CDR bytes, padding zero.
 
-        Parameters
-        ----------
-        stamp : int
-            Header stamp [ns].
-        position, velocity, effort : array_like, shape (n,)
-            [rad], [rad/s], [N m]; empty for the fields that this layout leaves out.
-
-        Raises
-        ------
-        ValueError
-            If the number of values is not the layout's.
-
+        ``stamp``: header stamp [ns]; ``position``, ``velocity``, ``effort`` (n,): [rad], [rad/s],
+        [N m]; empty for the fields that this layout leaves out.
         """
         q, qd, tau = _doubles(position), _doubles(velocity), _doubles(effort)
         if (len(q), len(qd), len(tau)) != self._sizes:
@@ -127,14 +110,7 @@ class FixedTrajectoryPoint:
     """
     trajectory_msgs/JointTrajectory with one full point, as ``~/reference`` is published.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Joint names, in the order of the numbers.
-    frame_id : str
-        Written into the header.
-    fields : sequence of str
-        Which of FIELDS are filled; the others are empty sequences.
+    ``fields``: which of FIELDS are filled; the others are empty sequences.
 
     """
 
@@ -225,15 +201,7 @@ def encode_clock(stamp: int) -> bytes:
 
 
 def decode_clock(data: bytes) -> int:
-    """
-    Return the stamp [ns] of a rosgraph_msgs/Clock.
-
-    Raises
-    ------
-    ValueError
-        If it is not 12 bytes of little-endian CDR.
-
-    """
+    """Return the stamp [ns] of a rosgraph_msgs/Clock."""
     if len(data) != 12 or data[:2] != LITTLE_ENDIAN[:2]:
         raise ValueError(f'{len(data)} bytes are no little-endian rosgraph_msgs/Clock')
     return _stamp_from(data)

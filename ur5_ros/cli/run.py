@@ -16,17 +16,8 @@ def run(arguments: list[str]) -> int:
     """
     Run one command line.
 
-    Parameters
-    ----------
-    arguments : list of str
-        What follows the name of the command.
-
-    Returns
-    -------
-    int
-        The exit code; a user's mistake is one line on stderr and code 2, never a traceback. A
-        defect of this package shows its traceback and is code 4.
-
+    Returned: the exit code; a user's mistake is one line on stderr and code 2, never a traceback.
+    A defect of this package shows its traceback and is code 4.
     """
     on_compile(_say_that_it_compiles())
     try:

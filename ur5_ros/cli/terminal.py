@@ -32,19 +32,7 @@ def console() -> Console:
 
 @contextmanager
 def progress(what: str, total: float, unit: str = '') -> Iterator[Advance]:
-    """
-    Show a bar on stderr while the block works, and nothing where stderr is no terminal.
-
-    Parameters
-    ----------
-    what : str
-        What is being done.
-    total : float
-        The whole.
-    unit : str, optional
-        Unit of done and total.
-
-    """
+    """Show a bar on stderr while the block works, and nothing where stderr is no terminal."""
     errors = Console(stderr=True)
     bar = Progress(
         TextColumn('{task.description}'), BarColumn(),

@@ -119,20 +119,7 @@ def arm_tool(name: str) -> list[Solid]:
 
 
 def arm_text(name: str) -> str:
-    """
-    Return the YAML text of an arm, to be stored beside what was done with it.
-
-    Parameters
-    ----------
-    name : str
-        As :func:`load_arm` takes it.
-
-    Raises
-    ------
-    InputError
-        If there is no such arm, or its file assumes no armature where that is asked for.
-
-    """
+    """Return the YAML text of an arm, to be stored beside what was done with it."""
     base = name.removesuffix(ASSUMED)
     path = named_file('arm', base)
     if base == name:
@@ -188,15 +175,7 @@ def load_arm(name: str) -> ArmParameters:
 
 
 def parse_arm(text: str, source: str) -> ArmParameters:
-    """
-    Return an arm from the text of its file, as stored in a bag.
-
-    Raises
-    ------
-    InputError
-        As :func:`load_arm`.
-
-    """
+    """Return an arm from the text of its file, as stored in a bag."""
     return _arm_record(parse_yaml(text, source), source)
 
 

@@ -146,25 +146,7 @@ def list_experiments() -> list[str]:
 
 
 def load_experiment(name: str) -> Experiment:
-    """
-    Return an experiment from its file.
-
-    Parameters
-    ----------
-    name : str
-        A name of :func:`list_experiments`, or the path of a YAML file of the same form.
-
-    Returns
-    -------
-    Experiment
-        One of the records above.
-
-    Raises
-    ------
-    InputError
-        If there is no such experiment, or its file has a missing, unknown or wrong value.
-
-    """
+    """Return an experiment from its file."""
     path = named_file('experiment', name)
     return _record(read_yaml(path), str(path))
 

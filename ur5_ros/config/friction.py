@@ -16,15 +16,7 @@ _PARTS = {f'friction.{part.name}': part.name for part in fields(JointFriction)}
 
 
 def joint_friction(parameters: Mapping[str, Any]) -> JointFriction:
-    """
-    Return the friction that parameters ``friction.*`` describe; absent ones have their default.
-
-    Raises
-    ------
-    InputError
-        If they contradict each other.
-
-    """
+    """Return the friction that parameters ``friction.*`` describe, absent ones by default."""
     try:
         return JointFriction(**{part: np.array(parameters.get(name, _DEFAULTS[name]), dtype=float)
                                 for name, part in _PARTS.items()})

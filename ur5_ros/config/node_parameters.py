@@ -29,16 +29,7 @@ class NodeParameters:
         """
         Return a value for every parameter: the given ones checked, the others by default.
 
-        Parameters
-        ----------
-        given : mapping, optional
-            Values by name; a record is returned as it is.
-
-        Raises
-        ------
-        InputError
-            If a name is unknown or a value is refused.
-
+        ``given``: values by name; a record is returned as it is.
         """
         if isinstance(given, cls):
             return given

@@ -21,22 +21,8 @@ def sections(path: Path) -> list[str]:
 
     Values and tags are not looked at: launch_ros writes a list as ``!!python/tuple``.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        File of ``--params-file``.
-
-    Returns
-    -------
-    list of str
-        Such as ``/ur5_sim`` or ``/**``, in the order of the file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no sections, an alias (rcl takes none), or a key twice
-        (rcl keeps the last one).
-
+    ``path``: file of ``--params-file``.  Returned: such as ``/ur5_sim`` or ``/**``, in the order
+    of the file.
     """
     try:
         text = read_text(path)
@@ -73,22 +59,7 @@ def files_of(arguments: Sequence[str]) -> list[Path]:
 
 
 def require_sections(files: Iterable[Path], *node_names: str) -> None:
-    """
-    Refuse parameter files without a section for a process: rcl reads past them in silence.
-
-    Parameters
-    ----------
-    files : iterable of pathlib.Path
-        From :func:`files_of`.
-    *node_names : str
-        Fully qualified names of the nodes of the process.
-
-    Raises
-    ------
-    InputError
-        If a file has no section for any of them; it names those that there are.
-
-    """
+    """Refuse parameter files without a section for a process: rcl reads past them in silence."""
     for path in files:
         found = sections(path)
         if not any(matches(section, name) for section in found for name in node_names):

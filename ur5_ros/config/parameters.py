@@ -225,15 +225,7 @@ CONTROL_PARAMETERS = (
 
 
 def check(parameter: Parameter, value: Any) -> Any:
-    """
-    Return ``value`` in the type of the parameter.
-
-    Raises
-    ------
-    InputError
-        If type, length, range or choice is wrong, or a number is not finite.
-
-    """
+    """Return ``value`` in the type of the parameter."""
     default, name = parameter.default, parameter.name
     if isinstance(default, bool):
         if not isinstance(value, bool):
@@ -258,15 +250,7 @@ def check(parameter: Parameter, value: Any) -> Any:
 
 
 def complete(parameters: tuple[Parameter, ...], given: Mapping[str, Any]) -> dict[str, Any]:
-    """
-    Return a value for every parameter: the given ones checked, the others by default.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value is refused by :func:`check`.
-
-    """
+    """Return a value for every parameter: the given ones checked, the others by default."""
     known = {parameter.name: parameter for parameter in parameters}
     for name in given:
         if name not in known:

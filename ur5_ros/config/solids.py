@@ -40,13 +40,7 @@ def base_pose(solid: Solid, frame: str = 'base') -> np.ndarray:
     """
     Return the pose of a shape in the frame it stands in, (4, 4); of bodies in ``base``.
 
-    Parameters
-    ----------
-    solid : Solid
-        A shape.
-    frame : str
-        ``base``, or ``base_link``, which is ``base`` turned by Rz(pi).
-
+    ``solid``: A shape; ``frame``: ``base``, or ``base_link``, which is ``base`` turned by Rz(pi).
     """
     pose = np.eye(4)
     pose[:3, :3] = rotation_of_rpy(*np.deg2rad(solid.rpy_degrees))

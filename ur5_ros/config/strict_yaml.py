@@ -18,15 +18,7 @@ MAX_DEPTH = 20
 
 @cache
 def config_folder() -> Path:
-    """
-    Return the folder ``config`` of the package: the checkout's, or the installed share folder.
-
-    Raises
-    ------
-    InputError
-        If the installation has lost its share folder.
-
-    """
+    """Return the folder ``config``: the checkout's, or the installed share folder."""
     here = Path(__file__).resolve()
     checkout = here.parents[2]
     if (checkout / 'package.xml').is_file() and (checkout / 'config' / 'arms').is_dir():
@@ -115,23 +107,7 @@ def parse_yaml(text: str, source: str) -> Any:
     """
     Return the content of a YAML text.
 
-    Parameters
-    ----------
-    text : str
-        The document.
-    source : str
-        What to call it in messages.
-
-    Returns
-    -------
-    Any
-        Dicts, lists, strings, numbers, booleans, None.
-
-    Raises
-    ------
-    InputError
-        If it is no YAML, too large, too deep, or uses aliases, tags or doubled keys.
-
+    Returned: dicts, lists, strings, numbers, booleans, None.
     """
     if len(text) > MAX_BYTES:
         raise InputError(f'{source}: {len(text)} characters; at most {MAX_BYTES} are read')
@@ -152,15 +128,7 @@ def parse_yaml(text: str, source: str) -> Any:
 
 
 def read_text(path: Path) -> str:
-    """
-    Return the text of a file, of a size that :func:`parse_yaml` takes.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is too large or no text.
-
-    """
+    """Return the text of a file, of a size that :func:`parse_yaml` takes."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f'{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read')
@@ -172,13 +140,5 @@ def read_text(path: Path) -> str:
 
 
 def read_yaml(path: Path) -> Any:
-    """
-    Return the content of a YAML file; see :func:`parse_yaml`.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not strict YAML.
-
-    """
+    """Return the content of a YAML file; see :func:`parse_yaml`."""
     return parse_yaml(read_text(path), str(path))

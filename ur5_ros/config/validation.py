@@ -34,17 +34,8 @@ def load_marks(path: str | Path = '') -> Marks:
     """
     Return the pass marks.
 
-    Parameters
-    ----------
-    path : str or pathlib.Path, optional
-        A YAML file of the same form as ``config/validation.yaml``, which is the default.  Marks
-        that it leaves out keep their default.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or has an unknown mark or a value out of range.
-
+    ``path``: A YAML file of the same form as ``config/validation.yaml``, which is the default.
+    Marks that it leaves out keep their default.
     """
     default_path = config_folder() / 'validation.yaml'
     default = validate(Marks, read_yaml(default_path), str(default_path))

@@ -105,15 +105,7 @@ def list_worlds() -> list[str]:
 
 
 def world_text(name: str) -> str:
-    """
-    Return the YAML text of a world, to be stored beside what was done in it; empty for none.
-
-    Raises
-    ------
-    InputError
-        If there is no such world.
-
-    """
+    """Return the YAML text of a world, to be stored beside what was done in it; empty for none."""
     return '' if name == EMPTY else read_text(named_file('world', name))
 
 
@@ -121,21 +113,7 @@ def load_world(name: str) -> World:
     """
     Return a world from its file.
 
-    Parameters
-    ----------
-    name : str
-        A name of :func:`list_worlds`, or the path of a YAML file of the same form.
-
-    Returns
-    -------
-    World
-        The record; paths of meshes are absolute.
-
-    Raises
-    ------
-    InputError
-        If there is no such world, or its file has a missing, unknown or impossible value.
-
+    Returned: the record; paths of meshes are absolute.
     """
     if name == EMPTY:
         return NOTHING
@@ -144,15 +122,7 @@ def load_world(name: str) -> World:
 
 
 def world_from(parameters: SimParameters) -> World:
-    """
-    Return the world of a run, as ``world``, ``contact.*`` and ``arm`` of the simulator say.
-
-    Raises
-    ------
-    InputError
-        As :func:`load_world`.
-
-    """
+    """Return the world of a run, as ``world``, ``contact.*`` and ``arm`` of the simulator say."""
     world = with_contact(load_world(parameters.world), parameters.by_name())
     return world if world.tool else msgspec.structs.replace(world, tool=arm_tool(parameters.arm))
 
@@ -168,15 +138,7 @@ def with_contact(world: World, parameters: Mapping[str, Any]) -> World:
 
 
 def parse_world(text: str, source: str) -> World:
-    """
-    Return a world from the text of its file, as stored in a bag; meshes are not looked for.
-
-    Raises
-    ------
-    InputError
-        As :func:`load_world`.
-
-    """
+    """Return a world from the text of its file, as stored in a bag; meshes are not looked for."""
     return _world(parse_yaml(text, source), source, None) if text else NOTHING
 
 

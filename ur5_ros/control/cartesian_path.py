@@ -64,18 +64,7 @@ def straight_legs(poses: np.ndarray, times: np.ndarray) -> StraightLines:
     """
     Return straight lines between poses, at rest in each at its time.
 
-    Parameters
-    ----------
-    poses : numpy.ndarray, shape (n, 4, 4)
-        Where to pass.
-    times : numpy.ndarray, shape (n,)
-        When [s], increasing.
-
-    Returns
-    -------
-    StraightLines
-        The tool motion.
-
+    ``poses`` (n, 4, 4): where to pass; ``times`` (n,): when [s], increasing.
     """
     return StraightLines(poses, lambda way, stops: _timed(way, times, np.ones_like(stops)))
 
@@ -84,23 +73,7 @@ def stamped_path(poses: np.ndarray, times: np.ndarray) -> StraightLines:
     """
     Return straight lines that pass each pose at its time, at rest where the direction changes.
 
-    Parameters
-    ----------
-    poses : numpy.ndarray, shape (n, 4, 4)
-        Where to pass.
-    times : numpy.ndarray, shape (n,)
-        When, from zero [s].
-
-    Returns
-    -------
-    StraightLines
-        The tool motion.
-
-    Raises
-    ------
-    InputError
-        If the times do not increase.
-
+    ``poses`` (n, 4, 4): where to pass; ``times`` (n,): when, from zero [s].
     """
     early = np.flatnonzero(np.diff(times) <= 0.0)
     if early.size:
@@ -114,21 +87,8 @@ def speed_path(poses: np.ndarray, speed: float) -> tuple[StraightLines, float]:
     """
     Return straight lines passed at a tool speed, and how long that takes.
 
-    Parameters
-    ----------
-    poses : numpy.ndarray, shape (n, 4, 4)
-        Where to pass.
-    speed : float
-        Tool speed between the corners [m/s]; a turn by one radian counts as
-        :data:`TURN_LENGTH`.
-
-    Returns
-    -------
-    StraightLines
-        The tool motion.
-    float
-        Its duration [s].
-
+    ``poses`` (n, 4, 4): where to pass; ``speed``: tool speed between the corners [m/s]; a turn by
+    one radian counts as :data:`TURN_LENGTH`.  Returned: its duration [s].
     """
     durations = []
 

@@ -31,19 +31,7 @@ class TorqueLaw:
     what most robots run.  ``impedance``: the same, M qdd* and C qd as well, so that the arm
     yields like a spring of stiffness Kp about a reference that it would follow by itself.
 
-    Parameters
-    ----------
-    mode : str
-        A key of :data:`MODES`.
-    arm : ArmParameters
-        The model that the law uses, with its limits.
-    gains : Gains
-        KP, KD.
-    gravity_excluded : bool
-        Whether the robot adds g(q) itself: the total is then without it, and the effort limits
-        hold for the sum.
-    max_state_jump : float
-        Largest distance of a joint between two states [rad].
+    ``max_state_jump``: largest distance of a joint between two states [rad].
 
     """
 
@@ -64,26 +52,10 @@ class TorqueLaw:
         """
         Return the torque before any limit, and which bounds it or the state exceeds.
 
-        Parameters
-        ----------
-        state : ArmState
-            Measured state.
-        q_before : numpy.ndarray, shape (6,)
-            Positions in the state before [rad].
-        reference : Reference
-            What to follow.
-        torque_before : numpy.ndarray, shape (6,)
-            The command before [N m].
-        largest_change : float
-            Largest change of a joint torque since then [N m].
-
-        Returns
-        -------
-        numpy.ndarray, shape (5, 6)
-            Rows as :class:`ur5_ros.signals.Torque` names them [N m].
-        int
-            Bits of :mod:`ur5_ros.control.kernel`; 0 where nothing is out of bounds.
-
+        ``q_before`` (6,): positions in the state before [rad]; ``torque_before`` (6,): the command
+        before [N m]; ``largest_change``: largest change of a joint torque since then [N m].
+        Returned: rows as :class:`ur5_ros.signals.Torque` names them [N m], (5, 6); bits of
+        :mod:`ur5_ros.control.kernel`; 0 where nothing is out of bounds.
         """
         torque = np.empty((5, 6))
         try:

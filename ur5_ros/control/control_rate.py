@@ -19,10 +19,7 @@ class ControlRate:
     What the simulator reports counts first, then the parameter, then the stamps. One stamp says
     nothing: state k of a run at any rate has a stamp that state 1 of another one has.
 
-    Parameters
-    ----------
-    configured : int
-        Parameter ``control_rate`` of the controller [Hz]; 0 = not given.
+    ``configured``: parameter ``control_rate`` of the controller [Hz]; 0 = not given.
 
     """
 
@@ -48,16 +45,7 @@ class ControlRate:
         """
         Take what the simulator reports.
 
-        Parameters
-        ----------
-        rate : float
-            Control periods a second [Hz].
-
-        Raises
-        ------
-        InputError
-            If it is no whole number, or beyond what a simulator can have.
-
+        ``rate``: control periods a second [Hz].
         """
         if not (LOWEST_RATE <= rate <= HIGHEST_RATE and rate == int(rate)):
             raise InputError(f'control rate {rate} Hz; give a whole number from {LOWEST_RATE} to '
@@ -68,11 +56,7 @@ class ControlRate:
         """
         Take the stamp of a new state, where nothing more reliable gives the rate.
 
-        Parameters
-        ----------
-        stamp : int
-            Stamp of a state [ns], later than the one before it.
-
+        ``stamp``: stamp of a state [ns], later than the one before it.
         """
         if self._reported or self._configured:
             return
@@ -81,15 +65,7 @@ class ControlRate:
             self._agreed = _common_rate(list(self._stamps))
 
     def begin_run(self, keep_report: bool = False) -> None:
-        """
-        Forget what was known of the simulator before: another one has taken its place.
-
-        Parameters
-        ----------
-        keep_report : bool
-            The last report is of the new one: it came after the last state of the old run.
-
-        """
+        """Forget what was known of the simulator before: another one has taken its place."""
         if not keep_report:
             self._reported = None
         self._agreed = None

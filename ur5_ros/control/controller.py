@@ -52,18 +52,8 @@ def controller_from_parameters(
     """
     Return the controller that the parameters of control_node describe.
 
-    Parameters
-    ----------
-    parameters : ControlParameters or mapping
-        Values of ``CONTROL_PARAMETERS``; what is missing takes its default.
-    control_rate : int, optional
-        Control periods a second [Hz], where known.
-
-    Raises
-    ------
-    InputError
-        As :func:`ur5_ros.config.load_arm` and :class:`Controller`.
-
+    ``parameters``: values of ``CONTROL_PARAMETERS``; what is missing takes its default;
+    ``control_rate``: control periods a second [Hz], where known.
     """
     complete_set = ControlParameters.of(parameters)
     return Controller(load_arm(complete_set.arm), complete_set, control_rate)

@@ -31,17 +31,7 @@ class TrajectoryExecutor:
         """
         Replace the active trajectory.
 
-        Parameters
-        ----------
-        trajectory : Trajectory
-            Planned from the reference at ``stamp``.
-        name : str
-            Name of the request.
-        stamp : int
-            Its time 0 [ns].
-        branch : Branch, optional
-            The inverse-kinematics branch chosen for it.
-
+        ``trajectory``: planned from the reference at ``stamp``; ``stamp``: its time 0 [ns].
         """
         self.trajectory, self.name = trajectory, name
         self.start, self.branch = stamp, branch
@@ -50,18 +40,7 @@ class TrajectoryExecutor:
         """
         Return the reference at a stamp; what has ended passes into a stop or into holding.
 
-        Parameters
-        ----------
-        stamp : int
-            Not before the stamp of the last call [ns].
-        limits : MotionLimits
-            For the stop.
-
-        Returns
-        -------
-        Reference
-            Continuous in position and velocity except where an experiment has a jump.
-
+        ``stamp``: not before the stamp of the last call [ns].
         """
         trajectory = self.trajectory
         while stamp - self.start > trajectory.duration and not isinstance(trajectory, Hold):

@@ -39,18 +39,7 @@ def initial_positions(spec: Experiment, arm: ArmParameters) -> np.ndarray:
     """
     Return where the arm should stand when the experiment begins: q*(0) + e0.
 
-    Parameters
-    ----------
-    spec : Experiment
-        The experiment.
-    arm : ArmParameters
-        The controller's arm.
-
-    Returns
-    -------
-    numpy.ndarray, shape (6,)
-        Manufacturer's joint angles [rad].
-
+    Returned: manufacturer's joint angles [rad], (6,).
     """
     zero = np.zeros(1)
     if isinstance(spec, JointStep):
@@ -71,28 +60,7 @@ def experiment_trajectory(
     """
     Return the motion of an experiment, computed at once for every control period.
 
-    Parameters
-    ----------
-    spec : Experiment
-        The experiment.
-    arm : ArmParameters
-        The controller's arm: poses are its forward kinematics, joints its inverse kinematics.
-    control_rate : int
-        Control periods a second [Hz].
-    singularity_margin : float
-        Least distance to a singularity, see
-        :func:`~ur5_ros.control.tool_motion.singularity_distance`.
-
-    Returns
-    -------
-    ExperimentTrajectory
-        The motion and its branch.
-
-    Raises
-    ------
-    InputError
-        If a sample is out of reach, too near a singularity or beyond a joint limit.
-
+    ``control_rate``: control periods a second [Hz].
     """
     rate = min(control_rate, int(_LARGEST_TABLE / spec.duration))
     try:

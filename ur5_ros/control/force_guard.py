@@ -20,11 +20,6 @@ class ForceGuard:
 
     Friction that the arm record does not have counts as a force: give a threshold above it.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm.
-
     """
 
     def __init__(self, arm: ArmParameters) -> None:

@@ -22,20 +22,8 @@ class FrictionFeedforward:
     """
     What is added to the torque of a law.
 
-    It goes by the desired speed, not by the measured one, whose sign at rest is noise; the load
-    is that of the law's gravity and Coriolis torque.
-
-    Parameters
-    ----------
-    arm : ArmParameters
-        The law's arm, with its friction.
-    gravity_excluded : bool
-        Whether the robot adds g(q) itself.
-
-    Raises
-    ------
-    InputError
-        If the arm has no friction.
+    It goes by the desired speed, not by the measured one, whose sign at rest is noise; the load is
+    that of the law's gravity and Coriolis torque.
 
     """
 
@@ -50,19 +38,8 @@ class FrictionFeedforward:
         """
         Return the torque with friction in its total, and which bounds are then exceeded.
 
-        Parameters
-        ----------
-        parts : numpy.ndarray, shape (5, 6)
-            The law's torque and its parts [N m].
-        code : int
-            Bits of :mod:`ur5_ros.control.kernel`.
-        reference : Reference
-            What the law follows.
-        torque_before : numpy.ndarray, shape (6,)
-            The command before [N m].
-        largest_change : float
-            Largest change of a joint torque since then [N m].
-
+        ``parts`` (5, 6): the law's torque and its parts [N m]; ``torque_before`` (6,): the command
+        before [N m]; ``largest_change``: largest change of a joint torque since then [N m].
         """
         if code & (STATE | NOT_FINITE):
             return parts, code

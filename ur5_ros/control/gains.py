@@ -32,23 +32,6 @@ def gains_from(kp: Sequence[float] | float, kd: Sequence[float] | float) -> Gain
     Return the gain matrices of 1, 6 or 36 numbers each.
 
     Kebria 2016, section V: KP = KD = 10 I, justified by Routh-Hurwitz.
-
-    Parameters
-    ----------
-    kp, kd : float or sequence of float
-        One number for all joints, six for the diagonal, or 36 row by row.
-
-    Returns
-    -------
-    Gains
-        Symmetric positive definite matrices with which every error dies out.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite, a matrix is not symmetric positive definite, or
-        e'' + Kd e' + Kp e = 0 is not stable.
-
     """
     gains = Gains(_matrix('kp', kp), _matrix('kd', kd))
     for name, matrix in zip(gains._fields, gains, strict=True):
@@ -65,16 +48,7 @@ def error_poles(gains: Gains) -> np.ndarray:
     """
     Return the twelve poles of e'' + Kd e' + Kp e = 0, the eigenvalues of its companion matrix.
 
-    Parameters
-    ----------
-    gains : Gains
-        Gain matrices, stable or not.
-
-    Returns
-    -------
-    numpy.ndarray, shape (12,), complex
-        Poles [1/s], in no order.
-
+    Returned: poles [1/s], in no order, (12,).
     """
     companion = np.zeros((12, 12))
     companion[:6, 6:] = np.eye(6)
@@ -91,20 +65,9 @@ def sampled_radius(gains: Gains, inertia: np.ndarray | None, period: float) -> f
     W = 1/M where it does not.  Above one the held torque shakes the arm, however stable the
     continuous equation is.
 
-    Parameters
-    ----------
-    gains : Gains
-        Gain matrices.
-    inertia : numpy.ndarray, shape (6, 6), or None
-        M [kg m^2], for laws that do not weigh the gains by it.
-    period : float
-        Control period h [s].
-
-    Returns
-    -------
-    float
-        Largest magnitude of an eigenvalue; below one the sampled loop is stable.
-
+    ``inertia`` (6, 6): M [kg m^2], for laws that do not weigh the gains by it; ``period``: control
+    period h [s].  Returned: largest magnitude of an eigenvalue; below one the sampled loop is
+    stable.
     """
     kp, kd = gains
     if inertia is not None:
@@ -146,15 +109,7 @@ def _check_definite(name: str, matrix: np.ndarray) -> None:
 
 
 def definite_matrix(name: str, values: Sequence[float]) -> np.ndarray:
-    """
-    Return 1, 6 or 36 numbers as a symmetric positive definite matrix, shape (6, 6).
-
-    Raises
-    ------
-    InputError
-        If they are no such matrix.
-
-    """
+    """Return 1, 6 or 36 numbers as a symmetric positive definite matrix, shape (6, 6)."""
     matrix = _matrix(name, values)
     _check_definite(name, matrix)
     return matrix

@@ -9,15 +9,7 @@ _KEPT = 16
 
 
 class GoalWatch:
-    """
-    The active goal and the verdicts on those before it.
-
-    Parameters
-    ----------
-    names : list of str
-        Joint names for the messages.
-
-    """
+    """The active goal and the verdicts on those before it."""
 
     def __init__(self, names: list[str]):
         self._names = names
@@ -35,18 +27,7 @@ class GoalWatch:
         """
         Watch a new goal.
 
-        Parameters
-        ----------
-        tolerances : Tolerances
-            Its tolerances.
-        end : int
-            Stamp at which its trajectory ends [ns].
-
-        Returns
-        -------
-        int
-            The number of the goal.
-
+        ``end``: stamp at which its trajectory ends [ns].
         """
         self._number += 1
         self._tolerances, self._end = tolerances, end
@@ -56,18 +37,8 @@ class GoalWatch:
         """
         Judge the goal at a state.
 
-        Parameters
-        ----------
-        error : numpy.ndarray, shape (3, 6)
-            Errors of position, velocity, acceleration (NaN = not measured).
-        stamp : int
-            Of the state [ns].
-
-        Returns
-        -------
-        Verdict or None
-            If this ended it.
-
+        ``error`` (3, 6): errors of position, velocity, acceleration (NaN = not measured);
+        ``stamp``: of the state [ns].
         """
         if self._tolerances is None:
             return None

@@ -84,29 +84,9 @@ def joint_spline(
     past, must lie within :data:`TAKEOVER_TOLERANCE`, and the rest is faded out, so that position
     and velocity of the reference never jump.
 
-    Parameters
-    ----------
-    points : sequence of TrajectoryPoint
-        Points that :func:`check_points` has accepted.
-    order : sequence of int
-        ``order[j]`` is the place of joint j in the points.
-    start : Reference
-        Where it takes over.
-    delay : int
-        Time from now to the trajectory's start, negative where it began in the past [ns].
-    arm : ArmParameters
-        Its limits must hold.
-
-    Returns
-    -------
-    JointSpline
-        The motion, time 0 = now.
-
-    Raises
-    ------
-    InputError
-        If the takeover would jump, or a joint would go beyond a limit.
-
+    ``order``: ``order[j]`` is the place of joint j in the points; ``delay``: time from now to the
+    trajectory's start, negative where it began in the past [ns].  Returned: the motion, time 0 =
+    now.
     """
     times = [delay + point.time_from_start for point in points]
     states = [_state(point, order) for point in points]
@@ -145,26 +125,7 @@ def check_points(
     """
     Refuse what the joint_trajectory_controller refuses.
 
-    Parameters
-    ----------
-    points : sequence of TrajectoryPoint
-        The message's points.
-    joints : int
-        How many joints it names.
-    start : int
-        Stamp of its header [ns]; 0 = at once.
-    now : int
-        Stamp of the newest state [ns].
-    allow_nonzero_end_velocity : bool
-        Whether the last point may be passed at speed.
-
-    Raises
-    ------
-    InputError
-        If there are no points, times do not strictly increase, an array has a wrong length or a
-        number that is not finite, efforts are given, the last velocity is not zero (unless
-        allowed), or the end lies in the past.
-
+    ``start``: stamp of its header [ns]; 0 = at once; ``now``: stamp of the newest state [ns].
     """
     if not points:
         raise InputError('the trajectory has no points; use ~/hold to stop')

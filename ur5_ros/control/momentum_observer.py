@@ -11,12 +11,7 @@ class MomentumObserver:
     """
     The observer of :mod:`ur5_ros.analysis.momentum_observer`, one state at a time.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm.
-    gain : float
-        A step of the torque shows to 63 % after its inverse [1/s].
+    ``gain``: A step of the torque shows to 63 % after its inverse [1/s].
 
     """
 

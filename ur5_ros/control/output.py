@@ -58,26 +58,10 @@ def describe(
     """
     Return the numbers of the last output.
 
-    Parameters
-    ----------
-    output : ControlOutput or None
-        None before the first state.
-    state : ArmState or None
-        The last accepted state.
-    executor : TrajectoryExecutor
-        The active trajectory.
-    arm : ArmParameters
-        The law's arm.
-    mode : str
-        The law's name.
-
-    Returns
-    -------
-    dict
-        Stamp [ns], chosen inverse-kinematics branch, number of candidates and least distance to
-        singularity on the way (0 to 1), that of the arm now, largest joint error [rad], time left
-        of the motion [s], limits that act, whether the inverse of J is limited.
-
+    ``output``: None before the first state.  Returned: stamp [ns], chosen inverse-kinematics
+    branch, number of candidates and least distance to singularity on the way (0 to 1), that of the
+    arm now, largest joint error [rad], time left of the motion [s], limits that act, whether the
+    inverse of J is limited.
     """
     if output is None or state is None:
         return {'stamp': 0}

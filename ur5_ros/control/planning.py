@@ -39,27 +39,7 @@ def plan_joints(
     """
     Return the jerk-limited motion to joint positions.
 
-    Parameters
-    ----------
-    settings : Settings
-        Arm and limits.
-    start : Reference
-        Where it takes over.
-    names : sequence of str
-        Joint names, in any order.
-    positions : sequence of float
-        Manufacturer's angles [rad].
-
-    Returns
-    -------
-    Plan
-        The motion.
-
-    Raises
-    ------
-    InputError
-        If names or positions are wrong, or a joint would go beyond a limit.
-
+    ``positions``: manufacturer's angles [rad].
     """
     target = joint_values('positions', positions, joint_order(names, settings.joint_names))
     return Plan(point_to_point(start, target, settings.motion_limits, settings.arm))
@@ -69,28 +49,7 @@ def plan_pose(settings: Settings, start: Reference, pose: np.ndarray, frame: str
     """
     Return the jerk-limited joint motion to a tool pose, on the nearest branch.
 
-    Parameters
-    ----------
-    settings : Settings
-        Arm and limits.
-    start : Reference
-        Where it takes over.
-    pose : numpy.ndarray, shape (4, 4)
-        Desired pose.
-    frame : str
-        ``base`` or ``base_link``.
-
-    Returns
-    -------
-    Plan
-        The motion.
-
-    Raises
-    ------
-    InputError
-        If the frame is unknown, the pose out of reach, too far for ``max_joint_jump``, or a joint
-        would go beyond a limit.
-
+    ``pose`` (4, 4): desired pose; ``frame``: ``base`` or ``base_link``.
     """
     q, branch = solve_pose(in_base(pose, frame, settings.prefix), start.q, settings.arm,
                            settings.max_joint_jump)
@@ -108,32 +67,7 @@ def plan_trajectory(
     """
     Return the motion of a joint trajectory, by the joint_trajectory_controller's rules.
 
-    Parameters
-    ----------
-    settings : Settings
-        Arm and limits.
-    start : Reference
-        Where it takes over.
-    names : sequence of str
-        Joint names, in any order.
-    points : sequence of TrajectoryPoint
-        In the order of the names.
-    stamp : int
-        When it starts [ns]; 0 = now.
-    now : int
-        Stamp of the state answered last [ns].
-
-    Returns
-    -------
-    Plan
-        The motion.
-
-    Raises
-    ------
-    InputError
-        See :func:`~ur5_ros.control.joint_trajectory.check_points` and
-        :func:`~ur5_ros.control.joint_trajectory.joint_spline`.
-
+    ``stamp``: when it starts [ns]; 0 = now; ``now``: stamp of the state answered last [ns].
     """
     try:
         order = joint_order(names, settings.joint_names)
@@ -153,31 +87,9 @@ def plan_path(
     """
     Return the motion to the first pose of a path and along its straight lines.
 
-    Parameters
-    ----------
-    settings : Settings
-        Arm, limits, tool speed, singularity margin.
-    start : Reference
-        Where it takes over.
-    poses : numpy.ndarray, shape (n, 4, 4)
-        Tool poses to pass.
-    times : sequence of int
-        Their stamps [ns]: differences count, the path begins when its first pose is reached; all
-        equal = timed by ``tool_speed``.
-    frame : str
-        ``base`` or ``base_link``.
-
-    Returns
-    -------
-    Plan
-        The motion.
-
-    Raises
-    ------
-    InputError
-        If a pose is wrong, stamps do not increase, or a sample is out of reach, near a
-        singularity, off the branch or beyond a joint limit.
-
+    ``poses`` (n, 4, 4): tool poses to pass; ``times``: their stamps [ns]: differences count, the
+    path begins when its first pose is reached; all equal = timed by ``tool_speed``; ``frame``:
+    ``base`` or ``base_link``.
     """
     poses = in_base(poses, frame, settings.prefix)
     if len(poses) < 2:
@@ -211,29 +123,7 @@ def plan_experiment(
     start: Reference,
     experiment: ExperimentTrajectory | None,
 ) -> Plan:
-    """
-    Return the motion to where an experiment begins, and the experiment.
-
-    Parameters
-    ----------
-    settings : Settings
-        Arm and limits.
-    start : Reference
-        Where it takes over.
-    experiment : ExperimentTrajectory or None
-        The experiment made ready at the start.
-
-    Returns
-    -------
-    Plan
-        The motion.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-
-    """
+    """Return the motion to where an experiment begins, and the experiment."""
     if experiment is None:
         raise InputError('no experiment is set; start the node with the parameter experiment')
     begin = experiment.trajectory.at(0)
@@ -243,36 +133,13 @@ def plan_experiment(
 
 
 def plan_stop(settings: Settings, start: Reference) -> Plan:
-    """
-    Return the motion that brings the reference to rest.
-
-    Parameters
-    ----------
-    settings : Settings
-        Limits.
-    start : Reference
-        Where it takes over.
-
-    Returns
-    -------
-    Plan
-        The motion.
-
-    """
+    """Return the motion that brings the reference to rest."""
     return Plan(smooth_stop(start, settings.motion_limits))
 
 
 def desired_wrench(settings: Settings, state: ArmState, force: Sequence[float],
                    torque: Sequence[float], frame: str) -> np.ndarray:
-    """
-    Return force [N] and torque [N m] that the tool should press with, in base, shape (6,).
-
-    Raises
-    ------
-    InputError
-        If the mode is not ``cartesian_impedance``, or the wrench is refused.
-
-    """
+    """Return force [N] and torque [N m] that the tool should press with, in base, shape (6,)."""
     if settings.mode != 'cartesian_impedance':
         raise InputError(f'mode is {settings.mode}; set mode to cartesian_impedance first')
     return wrench_in_base(force, torque, frame, settings.prefix, state.q, settings.arm)

@@ -49,29 +49,8 @@ def point_to_point(
     """
     Return the motion from a reference, moving or not, to a configuration.
 
-    Parameters
-    ----------
-    start : Reference
-        Where it takes over: position, velocity and acceleration are continued.
-    target : numpy.ndarray, shape (6,)
-        Configuration to reach [rad].
-    limits : MotionLimits
-        Speed, acceleration and jerk allowed.
-    arm : ArmParameters
-        Its position limits must hold on the way, too.
-    arrival : numpy.ndarray, shape (6,), optional
-        Velocity there [rad/s]; at rest by default.
-
-    Returns
-    -------
-    PointToPoint
-        The motion.
-
-    Raises
-    ------
-    InputError
-        If the target, or the way there from the present speed, lies beyond a joint limit.
-
+    ``target`` (6,): configuration to reach [rad]; ``arrival`` (6,): velocity there [rad/s]; at
+    rest by default.
     """
     _check_positions(target, target, arm)
     motion = ruckig.InputParameter(6)
@@ -91,18 +70,7 @@ def smooth_stop(start: Reference, limits: MotionLimits) -> PointToPoint:
     """
     Return the motion that brings a moving reference to rest as soon as the limits allow.
 
-    Parameters
-    ----------
-    start : Reference
-        Where it takes over.
-    limits : MotionLimits
-        Acceleration and jerk allowed.
-
-    Returns
-    -------
-    PointToPoint
-        The motion; it ends where it ends.
-
+    Returned: the motion; it ends where it ends.
     """
     motion = ruckig.InputParameter(6)
     motion.control_interface = ruckig.ControlInterface.Velocity

@@ -35,18 +35,7 @@ def quintic_rise(t: np.ndarray, duration: float) -> Curve:
     """
     Return x^3 (10 - 15 x + 6 x^2), x = t / duration held within 0 and 1: C2, at rest at both ends.
 
-    Parameters
-    ----------
-    t : numpy.ndarray, shape (n,)
-        Times [s].
-    duration : float
-        Length of the rise [s]; zero = already risen.
-
-    Returns
-    -------
-    Curve
-        From 0 to 1.
-
+    ``t`` (n,): times [s]; ``duration``: length of the rise [s]; zero = already risen.
     """
     if duration == 0.0:
         return Curve(np.ones_like(t), np.zeros_like(t), np.zeros_like(t))
@@ -62,18 +51,7 @@ def window(t: np.ndarray, duration: float, ramp: float, ramp_down: float) -> Cur
     """
     Return the weight that rises over ``ramp`` and falls over the last ``ramp_down`` seconds.
 
-    Parameters
-    ----------
-    t : numpy.ndarray, shape (n,)
-        Times [s].
-    duration, ramp, ramp_down : float
-        Seconds.
-
-    Returns
-    -------
-    Curve
-        Between 0 and 1.
-
+    ``t`` (n,): times [s].
     """
     up = quintic_rise(t, ramp)
     if ramp_down == 0.0:
@@ -86,20 +64,7 @@ def waves(t: np.ndarray, terms: Sequence[Wave], weight: Curve) -> Curve:
     """
     Return weight(t) times the sum of amplitude sin(2 pi frequency t + phase).
 
-    Parameters
-    ----------
-    t : numpy.ndarray, shape (n,)
-        Times [s].
-    terms : sequence of Wave
-        Possibly none.
-    weight : Curve
-        The weight at the same times.
-
-    Returns
-    -------
-    Curve
-        The weighted sum.
-
+    ``t`` (n,): times [s].
     """
     total = Curve(np.zeros_like(t), np.zeros_like(t), np.zeros_like(t))
     for term in terms:
@@ -118,20 +83,8 @@ def tool_waves(t: np.ndarray, spec: ToolWaves, start: np.ndarray) -> ToolSamples
     """
     Return the tool swinging about its start: p0 + w waves, R0 Rz(c) Ry(b) Rx(a).
 
-    Parameters
-    ----------
-    t : numpy.ndarray, shape (n,)
-        Times [s].
-    spec : ToolWaves
-        Waves along the axes of base [m] and of the three angles [rad].
-    start : numpy.ndarray, shape (4, 4)
-        Pose about which the tool swings.
-
-    Returns
-    -------
-    ToolSamples
-        Poses and their analytic derivatives.
-
+    ``t`` (n,): times [s]; ``spec``: waves along the axes of base [m] and of the three angles
+    [rad]; ``start`` (4, 4): pose about which the tool swings.
     """
     weight = window(t, spec.duration, spec.ramp, spec.ramp_down)
     axes = [waves(t, spec.position.get(axis, []), weight) for axis in _AXES]
@@ -154,18 +107,7 @@ def joint_waves(t: np.ndarray, spec: JointWaves) -> Reference:
     """
     Return the joints swinging about their start.
 
-    Parameters
-    ----------
-    t : numpy.ndarray, shape (n,)
-        Times [s].
-    spec : JointWaves
-        Waves of each joint [rad].
-
-    Returns
-    -------
-    Reference
-        Arrays of shape (n, 6).
-
+    ``t`` (n,): times [s]; ``spec``: waves of each joint [rad].  Returned: arrays of shape (n, 6).
     """
     weight = window(t, spec.duration, spec.ramp, spec.ramp_down)
     terms = {str(name): terms for name, terms in spec.joints.items()}
@@ -178,20 +120,8 @@ def tool_circle(t: np.ndarray, spec: ToolCircle, start: np.ndarray) -> ToolSampl
     """
     Return the tool running around a circle without turning, at rest at both ends.
 
-    Parameters
-    ----------
-    t : numpy.ndarray, shape (n,)
-        Times [s].
-    spec : ToolCircle
-        Centre from the start [m], axis, turns, duration [s].
-    start : numpy.ndarray, shape (4, 4)
-        Pose at which it begins and ends (after whole turns).
-
-    Returns
-    -------
-    ToolSamples
-        Poses and their analytic derivatives.
-
+    ``t`` (n,): times [s]; ``spec``: centre from the start [m], axis, turns, duration [s];
+    ``start`` (4, 4): pose at which it begins and ends (after whole turns).
     """
     centre = np.array(spec.centre)
     axis = np.array(spec.normal)

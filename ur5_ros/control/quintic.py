@@ -9,18 +9,8 @@ def quintic(start: Reference, end: Reference, length: float) -> np.ndarray:
     """
     Return the quintic that meets position, velocity and acceleration at both ends.
 
-    Parameters
-    ----------
-    start, end : Reference
-        What to meet, arrays of shape (6,).
-    length : float
-        Time between them [s], greater than zero.
-
-    Returns
-    -------
-    numpy.ndarray, shape (6, 6)
-        Coefficients: a row a power of time, a column a joint.
-
+    ``start``, ``end``: what to meet, arrays of shape (6,); ``length``: time between them [s],
+    greater than zero.  Returned: coefficients: a row a power of time, a column a joint, (6, 6).
     """
     step = end.q - start.q - start.qd * length - start.qdd * length**2 / 2.0
     slope = (end.qd - start.qd - start.qdd * length) * length
@@ -37,16 +27,8 @@ def powers(t: float) -> np.ndarray:
     """
     Return the rows that turn coefficients into position, velocity and acceleration.
 
-    Parameters
-    ----------
-    t : float
-        Time since the start of the polynomial [s].
-
-    Returns
-    -------
-    numpy.ndarray, shape (3, 6)
-        Powers of t and their first two derivatives.
-
+    ``t``: time since the start of the polynomial [s].  Returned: powers of t and their first two
+    derivatives, (3, 6).
     """
     t2, t3 = t * t, t * t * t
     return np.array([

@@ -67,25 +67,7 @@ def settings_from(
     """
     Return the settings of a complete set of parameters.
 
-    Parameters
-    ----------
-    parameters : ControlParameters
-        All of them.
-    arm : ArmParameters
-        The law's arm.
-    control_rate : int or None
-        Control periods a second [Hz], where known.
-
-    Returns
-    -------
-    Settings
-        Checked settings.
-
-    Raises
-    ------
-    InputError
-        If the gains are not stable, or held torques would shake the arm in the mode.
-
+    ``control_rate``: control periods a second [Hz], where known.
     """
     gains = gains_from(parameters.kp, parameters.kd)
     rate = control_rate or DEFAULT_RATE
@@ -115,27 +97,7 @@ def settings_from(
 
 
 def changed(parameters: ControlParameters, changes: Mapping[str, Any]) -> ControlParameters:
-    """
-    Return the parameters with some changed while the node runs.
-
-    Parameters
-    ----------
-    parameters : ControlParameters
-        The values now.
-    changes : mapping
-        New values of parameters that are live.
-
-    Returns
-    -------
-    ControlParameters
-        A complete new set.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown, only read at the start, or a value is wrong.
-
-    """
+    """Return the parameters with some changed while the node runs."""
     known = {parameter.name: parameter for parameter in CONTROL_PARAMETERS}
     new = {}
     for name, value in changes.items():

@@ -44,24 +44,8 @@ class StateValidator:
         A joint that jumps is not believed; when the next state confirms the new place, the arm
         was moved (a reset of the simulator).
 
-        Parameters
-        ----------
-        state : ArmState
-            The newest state.
-        largest_jump : float
-            How far a joint may move between two states [rad].
-
-        Returns
-        -------
-        Arrival
-            All but UNBELIEVED make ``state`` the last accepted one.
-
-        Raises
-        ------
-        InputError
-            If there is nothing to answer with: the first state, or too many in a row, are not
-            believed.
-
+        ``largest_jump``: how far a joint may move between two states [rad].  Returned: all but
+        UNBELIEVED make ``state`` the last accepted one.
         """
         last = self.last
         if not sum(map(abs, [*state.q.tolist(), *state.qd.tolist()])) < LARGEST_STATE:  # or NaN

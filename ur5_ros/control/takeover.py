@@ -16,22 +16,7 @@ _STANDING = 0.01
 
 
 def plan_rest(settings: Settings, state: ArmState) -> Plan:
-    """
-    Return the motion that takes over a measured state and comes to rest.
-
-    Parameters
-    ----------
-    settings : Settings
-        Arm and limits.
-    state : ArmState
-        What was measured.
-
-    Returns
-    -------
-    Plan
-        Standing still where the arm stands, or is faster than any planned stop could be.
-
-    """
+    """Return the motion that takes over a measured state and comes to rest."""
     speed, zero = np.abs(state.qd), np.zeros(6)
     if speed.max() < _STANDING or (speed > 2.0 * settings.arm.limits.velocity).any():
         return Plan(Hold(state.q))
@@ -39,29 +24,7 @@ def plan_rest(settings: Settings, state: ArmState) -> Plan:
 
 
 def plan_autostart(settings: Settings, start: Reference, experiment: ExperimentTrajectory) -> Plan:
-    """
-    Return the experiment begun now, or approached where the arm stands far from it.
-
-    Parameters
-    ----------
-    settings : Settings
-        Arm and limits.
-    start : Reference
-        Where the arm was measured.
-    experiment : ExperimentTrajectory
-        The experiment.
-
-    Returns
-    -------
-    Plan
-        The motion.
-
-    Raises
-    ------
-    InputError
-        If there is no way to its beginning within the limits.
-
-    """
+    """Return the experiment begun now, or approached where the arm stands far from it."""
     begin = experiment.trajectory.at(0).q
     if np.abs(start.q - begin).max() <= START_DISTANCE:
         return Plan(experiment.trajectory, experiment.branch)

@@ -25,23 +25,7 @@ def pose_matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.nd
     """
     Return the homogeneous transform of a position and a quaternion.
 
-    Parameters
-    ----------
-    position : sequence of float
-        x, y, z [m].
-    quaternion : sequence of float
-        x, y, z, w, of norm one within :data:`QUATERNION_TOLERANCE`.
-
-    Returns
-    -------
-    numpy.ndarray, shape (4, 4)
-        The transform.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite, or the norm is not one (the message names it).
-
+    ``position``: x, y, z [m].  Returned: the transform, (4, 4).
     """
     p = np.array(position, dtype=float)
     quat = np.array(quaternion, dtype=float)
@@ -62,24 +46,9 @@ def wrench_in_base(force: Sequence[float], torque: Sequence[float], frame: str, 
     """
     Return force [N] and torque [N m] at the origin of ``tool0`` in the axes of ``base``, (6,).
 
-    Parameters
-    ----------
-    force, torque : array_like, shape (3,)
-        In the axes of ``frame``.
-    frame : str
-        ``base`` (also if it is empty), ``base_link`` or ``tool0``.
-    prefix : str
-        ``tf_prefix``.
-    q : numpy.ndarray, shape (6,)
-        Where the arm stands [rad], for ``tool0``.
-    arm : ArmParameters
-        The arm.
-
-    Raises
-    ------
-    InputError
-        If the frame is another, or they are not three finite numbers each.
-
+    ``force``, ``torque`` (3,): in the axes of ``frame``; ``frame``: ``base`` (also if it is
+    empty), ``base_link`` or ``tool0``; ``prefix``: ``tf_prefix``; ``q`` (6,): where the arm stands
+    [rad], for ``tool0``.
     """
     wrench = np.array([force, torque], dtype=float)
     if wrench.shape != (2, 3) or not np.isfinite(wrench).all():
@@ -99,25 +68,8 @@ def in_base(transform: np.ndarray, frame: str, prefix: str = '') -> np.ndarray:
     """
     Return a pose given in ``base`` or ``base_link`` in ``base``.
 
-    Parameters
-    ----------
-    transform : numpy.ndarray, shape (..., 4, 4)
-        The pose.
-    frame : str
-        Its frame.
-    prefix : str
-        ``tf_prefix``.
-
-    Returns
-    -------
-    numpy.ndarray, shape (..., 4, 4)
-        In ``base``.
-
-    Raises
-    ------
-    InputError
-        If the frame is another, or the matrix is no finite rigid transform.
-
+    ``transform`` (..., 4, 4): the pose; ``prefix``: ``tf_prefix``.  Returned: in ``base``, (...,
+    4, 4).
     """
     transform = np.asarray(transform, dtype=float)
     if transform.shape[-2:] != (4, 4) or not np.all(np.isfinite(transform)):
@@ -147,29 +99,9 @@ def solve_pose(
     """
     Return the joint target for a pose: the branch and wraps nearest to a configuration.
 
-    Parameters
-    ----------
-    transform : numpy.ndarray, shape (4, 4)
-        Tool pose in ``base``.
-    near : numpy.ndarray, shape (6,)
-        Present configuration, manufacturer's angles [rad].
-    arm : ArmParameters
-        The arm.
-    max_joint_jump : float
-        Largest motion of a joint that is accepted [rad].
-
-    Returns
-    -------
-    numpy.ndarray, shape (6,)
-        Joint target, manufacturer's angles [rad].
-    Branch
-        The branch chosen.
-
-    Raises
-    ------
-    InputError
-        If the pose is out of reach, or its nearest solution further than ``max_joint_jump``.
-
+    ``transform`` (4, 4): tool pose in ``base``; ``near`` (6,): present configuration,
+    manufacturer's angles [rad]; ``max_joint_jump``: largest motion of a joint that is accepted
+    [rad].  Returned: joint target, manufacturer's angles [rad], (6,).
     """
     offset = arm.angle_offset
     target = nearest_solution(transform, near + offset, arm)

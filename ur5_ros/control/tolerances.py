@@ -25,17 +25,7 @@ class ResultCode(IntEnum):
 
 
 class GoalError(InputError):
-    """
-    A goal that cannot be followed.
-
-    Parameters
-    ----------
-    code : ResultCode
-        Why, as the action defines it.
-    sentence : str
-        The value, the limit, the way out.
-
-    """
+    """A goal that cannot be followed."""
 
     def __init__(self, code: ResultCode, sentence: str):
         super().__init__(sentence)
@@ -73,18 +63,8 @@ def default_tolerances(trajectory: float, goal: float, goal_time: float) -> Tole
     """
     Return the tolerances of the parameters ``constraints.*``; zero means no limit.
 
-    Parameters
-    ----------
-    trajectory, goal : float
-        Largest joint position error on the way and at the end [rad].
-    goal_time : float
-        Extra time [s].
-
-    Returns
-    -------
-    Tolerances
-        At the end the joints must have stopped, too.
-
+    ``trajectory``, ``goal``: largest joint position error on the way and at the end [rad];
+    ``goal_time``: extra time [s].
     """
     path_limits = np.full((3, 6), np.inf)
     goal_limits = np.full((3, 6), np.inf)
@@ -104,27 +84,7 @@ def resolve_tolerances(
     """
     Return the tolerances of one goal: 0 keeps the default, -1 removes the limit.
 
-    Parameters
-    ----------
-    default : Tolerances
-        Those of the parameters.
-    path, goal : sequence of JointTolerance
-        Those of the goal message.
-    goal_time : float
-        ``goal_time_tolerance`` [s]: 0 = default, -1 = wait for ever.
-    names : sequence of str
-        Joint names in joint order.
-
-    Returns
-    -------
-    Tolerances
-        What holds for this goal.
-
-    Raises
-    ------
-    InputError
-        If a joint is unknown, or a number is neither -1 nor zero or more.
-
+    ``goal_time``: ``goal_time_tolerance`` [s]: 0 = default, -1 = wait for ever.
     """
     time = _resolved('goal_time_tolerance', goal_time, default.goal_time)
     place = {name: joint for joint, name in enumerate(names)}
@@ -144,22 +104,8 @@ def judge(
     Before the end the path tolerances must hold; from the end on the goal succeeds as soon as the
     goal tolerances hold, and fails when they do not within the goal time.
 
-    Parameters
-    ----------
-    tolerances : Tolerances
-        What holds for this goal.
-    error : numpy.ndarray, shape (3, 6)
-        Errors of position, velocity and acceleration; NaN = not measured, not judged.
-    past_end : float
-        Time since the end of the trajectory [s], negative before it.
-    names : sequence of str
-        Joint names for the message.
-
-    Returns
-    -------
-    Verdict or None
-        Code and sentence.
-
+    ``error`` (3, 6): errors of position, velocity and acceleration; NaN = not measured, not
+    judged; ``past_end``: time since the end of the trajectory [s], negative before it.
     """
     size = np.abs(error)
     if past_end < 0.0:

@@ -46,18 +46,8 @@ def singularity_distance(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     |sin q5| (wrist), |sin q3| (elbow), |X5| / (|a2| + |a3| + |d5|) (shoulder); their product is
     det J up to a constant, so zero means singular and no ratio exceeds one.
 
-    Parameters
-    ----------
-    q : numpy.ndarray, shape (..., 6)
-        Joint positions, manufacturer's angles [rad].
-    arm : ArmParameters
-        The arm.
-
-    Returns
-    -------
-    numpy.ndarray, shape (...)
-        Between 0 and 1.
-
+    ``q`` (..., 6): joint positions, manufacturer's angles [rad].  Returned: between 0 and 1,
+    (...).
     """
     angles = q + arm.angle_offset
     wrist, elbow = np.sin(angles[..., 4]), np.sin(angles[..., 2])
@@ -80,32 +70,9 @@ def follow(
 
     q = IK(T), qd = J^-1 nu, qdd = J^-1 (dnu/dt - dJ/dt qd): consistent, nothing is differenced.
 
-    Parameters
-    ----------
-    samples : ToolSamples
-        Where the tool should be, n samples.
-    times : numpy.ndarray, shape (n,)
-        Their times, for messages [s].
-    near : numpy.ndarray, shape (6,)
-        Configuration that the first sample should be nearest to, manufacturer's angles [rad].
-    arm : ArmParameters
-        The arm.
-    margin : float
-        Least :func:`singularity_distance` allowed.
-
-    Returns
-    -------
-    Reference
-        Joint motion in the manufacturer's angles, arrays of shape (n, 6).
-    Branch
-        The branch followed.
-
-    Raises
-    ------
-    InputError
-        Naming the first sample that is out of reach, too near a singularity, on no single
-        branch, or beyond a joint limit in position or speed.
-
+    ``times`` (n,): their times, for messages [s]; ``near`` (6,): configuration that the first
+    sample should be nearest to, manufacturer's angles [rad].  Returned: joint motion in the
+    manufacturer's angles, arrays of shape (n, 6).
     """
     solutions, valid = inverse_kinematics_batch(samples.pose, arm)
     solutions = solutions - arm.angle_offset
@@ -136,33 +103,9 @@ def tool_motion(
     """
     Return a tool motion as a joint motion, computed at once for every control period.
 
-    Parameters
-    ----------
-    samples_at : callable
-        Times (n,) [s] to tool samples.
-    duration : float
-        Length [s].
-    rate : int
-        Control periods a second [Hz].
-    near : numpy.ndarray, shape (6,)
-        Configuration that the first sample should be nearest to, manufacturer's angles [rad].
-    arm : ArmParameters
-        The arm.
-    margin : float
-        Least :func:`singularity_distance` allowed.
-
-    Returns
-    -------
-    Sampled
-        The joint motion.
-    Branch
-        The branch followed.
-
-    Raises
-    ------
-    InputError
-        As :func:`follow`.
-
+    ``samples_at``: times (n,) [s] to tool samples; ``duration``: length [s]; ``rate``: control
+    periods a second [Hz]; ``near`` (6,): configuration that the first sample should be nearest to,
+    manufacturer's angles [rad].
     """
     times = grid(duration, rate)
     table, branch = follow(samples_at(times), times, near, arm, margin)
@@ -173,20 +116,8 @@ def differentiate(q: np.ndarray, samples: ToolSamples, arm: ArmParameters) -> Re
     """
     Return q with qd = J^-1 nu and qdd = J^-1 (dnu/dt - dJ/dt qd).
 
-    Parameters
-    ----------
-    q : numpy.ndarray, shape (n, 6)
-        Joint positions that reach the poses, away from singularities [rad].
-    samples : ToolSamples
-        The tool motion.
-    arm : ArmParameters
-        The arm.
-
-    Returns
-    -------
-    Reference
-        Joint motion, arrays of shape (n, 6).
-
+    ``q`` (n, 6): joint positions that reach the poses, away from singularities [rad].  Returned:
+    joint motion, arrays of shape (n, 6).
     """
     model_angles = q + arm.angle_offset
     jac = jacobian(model_angles, arm)
@@ -200,20 +131,8 @@ def check_limits(reference: Reference, times: np.ndarray, arm: ArmParameters) ->
     """
     Refuse a motion that leaves the joint limits in position or speed.
 
-    Parameters
-    ----------
-    reference : Reference
-        Joint motion, arrays of shape (n, 6), manufacturer's angles.
-    times : numpy.ndarray, shape (n,)
-        Their times, for messages [s].
-    arm : ArmParameters
-        Its limits are checked.
-
-    Raises
-    ------
-    InputError
-        Naming the first sample beyond a limit, the joint, the value and the limit.
-
+    ``reference``: joint motion, arrays of shape (n, 6), manufacturer's angles; ``times`` (n,):
+    their times, for messages [s].
     """
     limits = arm.limits
     beyond = ~((reference.q >= limits.lower) & (reference.q <= limits.upper))  # True for NaN

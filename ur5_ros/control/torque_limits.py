@@ -13,26 +13,10 @@ def limit_torque(
     """
     Return the command within the limits and the names of the limits that acted.
 
-    Parameters
-    ----------
-    total : numpy.ndarray, shape (6,)
-        The command [N m].
-    added : numpy.ndarray, shape (6,)
-        What the robot adds to it itself [N m]; the effort limit holds for the sum.
-    effort_limit : numpy.ndarray, shape (6,)
-        Largest joint torque [N m].
-    before : numpy.ndarray, shape (6,)
-        The command before [N m].
-    largest_change : float
-        Largest change of a joint torque since then [N m]; infinite for the first command.
-
-    Returns
-    -------
-    numpy.ndarray, shape (6,)
-        ``total`` itself where no limit acts.
-    str
-        '' or 'effort', 'rate', 'effort, rate'.
-
+    ``total`` (6,): the command [N m]; ``added`` (6,): what the robot adds to it itself [N m]; the
+    effort limit holds for the sum; ``effort_limit`` (6,): largest joint torque [N m]; ``before``
+    (6,): the command before [N m]; ``largest_change``: largest change of a joint torque since then
+    [N m]; infinite for the first command.  Returned: ``total`` itself where no limit acts, (6,).
     """
     acted = []
     if not (np.abs(total + added) <= effort_limit).all():
@@ -52,20 +36,8 @@ def effort_scale(total: np.ndarray, added: np.ndarray, limit: np.ndarray) -> flo
 
     One factor for all joints: the direction of the torque, and so of the motion, is kept.
 
-    Parameters
-    ----------
-    total : numpy.ndarray, shape (6,)
-        The command [N m].
-    added : numpy.ndarray, shape (6,)
-        What the robot adds to it itself [N m].
-    limit : numpy.ndarray, shape (6,)
-        Largest joint torque [N m].
-
-    Returns
-    -------
-    float
-        Between 0 and 1.
-
+    ``total`` (6,): the command [N m]; ``added`` (6,): what the robot adds to it itself [N m];
+    ``limit`` (6,): largest joint torque [N m].
     """
     room = limit - np.sign(total) * added
     with np.errstate(divide='ignore', invalid='ignore', over='ignore'):

@@ -26,20 +26,7 @@ def seconds(time: int, rate: int) -> tuple[float, int | None]:
 
     Stamps are rounded to nanoseconds; a time within one nanosecond of i / rate means i / rate.
 
-    Parameters
-    ----------
-    time : int
-        Nanoseconds.
-    rate : int
-        Grid points a second.
-
-    Returns
-    -------
-    float
-        Seconds.
-    int or None
-        The index i, or None off the grid.
-
+    Returned: the index i, or None off the grid.
     """
     index, rest = divmod(time * rate + SECOND // 2, SECOND)
     if abs(rest - SECOND // 2) <= rate:
@@ -123,18 +110,7 @@ def grid(duration: float, rate: int) -> np.ndarray:
     """
     Return the times of the control periods within a motion, and its end.
 
-    Parameters
-    ----------
-    duration : float
-        Seconds.
-    rate : int
-        Control periods a second.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n,)
-        i / rate [s] and at last ``duration``.
-
+    Returned: i / rate [s] and at last ``duration``, (n,).
     """
     times = np.arange(int(duration * rate + 1e-6) + 1) / rate
     if duration - times[-1] < 1e-9:

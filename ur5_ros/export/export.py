@@ -14,18 +14,7 @@ def export(run: Run, out: Path) -> None:
     """
     Write a run as a file of another tool.
 
-    Parameters
-    ----------
-    run : Run
-        A recorded run.
-    out : pathlib.Path
-        ``.csv``, ``.parquet``, or ``.rrd`` for Rerun: curves and the arm, moving.
-
-    Raises
-    ------
-    InputError
-        If the ending is another, or a package that the format needs is not installed.
-
+    ``out``: ``.csv``, ``.parquet``, or ``.rrd`` for Rerun: curves and the arm, moving.
     """
     if out.suffix == '.csv':
         write_csv(columns_of(run), out)

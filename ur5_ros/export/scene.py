@@ -39,15 +39,7 @@ QUANTITIES = (('position', 'joint position [rad]'), ('velocity', 'joint velocity
 
 
 def write_scene(run: Run, out: Path) -> None:
-    """
-    Write a recording that ``rerun FILE`` opens, with its layout in it.
-
-    Raises
-    ------
-    InputError
-        If rerun-sdk is not installed.
-
-    """
+    """Write a recording that ``rerun FILE`` opens, with its layout in it."""
     try:
         import rerun
     except ImportError:

@@ -17,17 +17,8 @@ def columns_of(run: Run) -> dict[str, np.ndarray]:
     """
     Return the columns of a run.
 
-    Parameters
-    ----------
-    run : Run
-        A recorded run.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        ``time [s]``, ``stamp [ns]``, then ``position/JOINT [rad]`` and so on: what was recorded;
-        NaN where a state lacks it.
-
+    Returned: ``time [s]``, ``stamp [ns]``, then ``position/JOINT [rad]`` and so on: what was
+    recorded; NaN where a state lacks it, (n,).
     """
     columns = {'time [s]': run.t, 'stamp [ns]': run.stamp}
     columns |= _joints('position', 'rad', run.states.q)

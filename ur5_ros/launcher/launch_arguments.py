@@ -30,23 +30,7 @@ def read_arguments(
     """
     Return the values of launch arguments.
 
-    Parameters
-    ----------
-    arguments : mapping of str to Argument
-        What the launch file declares.
-    texts : mapping of str to str
-        What was typed, or the defaults.
-
-    Returns
-    -------
-    dict
-        Name to value; an empty argument is left out, so that the node or its file decides.
-
-    Raises
-    ------
-    InputError
-        Naming the argument, its value and what it may be.
-
+    Returned: name to value; an empty argument is left out, so that the node or its file decides.
     """
     values = {}
     for name, argument in arguments.items():
@@ -65,23 +49,7 @@ def parameter_files(values: Mapping[str, Any], *node_names: str) -> list[list[st
     """
     Return for each node the files of ``params_file`` that have a section for it.
 
-    Parameters
-    ----------
-    values : mapping
-        From :func:`read_arguments`.
-    *node_names : str
-        Fully qualified names.
-
-    Returns
-    -------
-    list of list of str
-        One list a node: empty or with the path.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or has a section for none of the nodes.
-
+    Returned: one list a node: empty or with the path.
     """
     path = values.get('params_file')
     if path is None:
@@ -101,15 +69,7 @@ def node_name(namespace: str, name: str) -> str:
 
 
 def require_packages(*names: str) -> None:
-    """
-    Refuse, before anything is started, packages that are not installed.
-
-    Raises
-    ------
-    InputError
-        Naming the first one and its Debian package.
-
-    """
+    """Refuse, before anything is started, packages that are not installed."""
     # only where ROS or its packages from PyPI are installed
     from ament_index_python import PackageNotFoundError, get_package_prefix
     for name in names:

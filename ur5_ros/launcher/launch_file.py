@@ -22,19 +22,9 @@ def describe(
     """
     Return a launch description.
 
-    Parameters
-    ----------
-    arguments : mapping of str to Argument
-        All that the launch file takes; ``loopback`` among them.
-    nodes : callable
-        Takes the values of the arguments, returns the actions of launch.
-
-    Returns
-    -------
-    LaunchDescription
-        The declared arguments, the environment and what ``nodes`` returns. Everything is checked
-        before the first process is started.
-
+    ``arguments``: all that the launch file takes; ``loopback`` among them.  Returned: the declared
+    arguments, the environment and what ``nodes`` returns. Everything is checked before the first
+    process is started.
     """
     def actions(context: LaunchContext) -> list:
         values = read_arguments(arguments, {name: LaunchConfiguration(name).perform(context)

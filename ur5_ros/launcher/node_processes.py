@@ -26,15 +26,7 @@ _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
 class NodeProcesses:
-    """
-    Starts nodes and ends every one of them when the ``with`` block ends, however it ends.
-
-    Parameters
-    ----------
-    logs : Path
-        Folder for what the nodes print, one file each.
-
-    """
+    """Starts nodes and ends every one of them when the ``with`` block ends, however it ends."""
 
     def __init__(self, logs: Path) -> None:
         self.logs = logs
@@ -66,17 +58,7 @@ class NodeProcesses:
         """
         Start ``python -m module``.
 
-        Parameters
-        ----------
-        name : str
-            What it is called here.
-        module : str
-            The node's.
-        parameters : mapping
-            ROS parameters.
-        namespace : str
-            Of its node; empty = that of the environment.
-
+        ``namespace``: of its node; empty = that of the environment.
         """
         arguments = [sys.executable, '-m', module, '--ros-args']
         for key, value in parameters.items():
@@ -192,11 +174,7 @@ def shared_core(load: float | None = None) -> str:
     another core; where others compute too, being bound to a core that they use costs half of
     the speed or more.
 
-    Parameters
-    ----------
-    load : float, optional
-        Load average; that of the last minute by default.
-
+    ``load``: load average; that of the last minute by default.
     """
     load = os.getloadavg()[0] if load is None else load
     return str(last_core()) if load < QUIET else ''

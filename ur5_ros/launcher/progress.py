@@ -18,10 +18,7 @@ class BagGrowth:
     Each chunk is followed by an index a channel (MCAP specification, Message Index), whose length
     alone gives the number of messages.
 
-    Parameters
-    ----------
-    folder : Path
-        Bag folder; it need not exist yet.
+    ``folder``: bag folder; it need not exist yet.
 
     """
 

@@ -29,27 +29,9 @@ def run_two_nodes(
     """
     Run both nodes until the simulator has reached the end, recording into ``folder``.
 
-    Parameters
-    ----------
-    plan : RunConfig
-        Parameters of both; ``bag`` is set here.
-    folder : Path
-        Run folder, which exists and is empty.
-    progress : callable, optional
-        Gets the simulated time [s] every tenth of a second.
-    composed : bool
-        Run both nodes in one process.
-
-    Returns
-    -------
-    float
-        Wall-clock time from the first state that was answered to the last state [s].
-
-    Raises
-    ------
-    InputError
-        If a node ends early or nothing moves for two minutes; its own last line is in it.
-
+    ``plan``: parameters of both; ``bag`` is set here; ``folder``: run folder, which exists and is
+    empty; ``progress``: gets the simulated time [s] every tenth of a second.  Returned: wall-clock
+    time from the first state that was answered to the last state [s].
     """
     parameters: dict[str, NodeParameters] = {'sim': plan.sim, 'control': plan.control}
     with tempfile.TemporaryDirectory(prefix='ur5-run-') as logs, \

@@ -45,17 +45,7 @@ class LoopRun(NamedTuple):
 
 
 def as_run(loop: LoopRun, name: str = 'loop') -> Run:
-    """
-    Return what the bags of a closed loop would be read as, without bags.
-
-    Parameters
-    ----------
-    loop : LoopRun
-        A finished loop.
-    name : str
-        What to call it.
-
-    """
+    """Return what the bags of a closed loop would be read as, without bags."""
     sim, control = loop.plan.sim, loop.plan.control
     parts = dict(zip(Torque._fields, np.moveaxis(loop.torque, 1, 0), strict=True))
     seen = contact_series(message for period in loop.reports for message in period)

@@ -48,18 +48,7 @@ def record(run: LoopRun, folder: Path) -> None:
     """
     Write both bags of a run that is over.
 
-    Parameters
-    ----------
-    run : LoopRun
-        What happened.
-    folder : Path
-        Run folder; ``sim`` and ``control`` in it must not exist.
-
-    Raises
-    ------
-    InputError
-        If a bag exists or cannot be made.
-
+    ``folder``: run folder; ``sim`` and ``control`` in it must not exist.
     """
     bags = _Bags(run, folder)
     events = defaultdict(list)

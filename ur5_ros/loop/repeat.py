@@ -65,19 +65,8 @@ def resimulate(run: Run) -> Repetition:
     """
     Play the recorded commands into a new plant and compare its states with the recorded ones.
 
-    Where states were left without a stamped answer (unstamped commands, paced runs, the
-    fallback), the torque that acted is played instead: the effort of the following state.
-
-    Parameters
-    ----------
-    run : Run
-        A recording of this package's simulator.
-
-    Raises
-    ------
-    InputError
-        If it holds no simulator, or states are missing from it.
-
+    Where states were left without a stamped answer (unstamped commands, paced runs, the fallback),
+    the torque that acted is played instead: the effort of the following state.
     """
     side = _side(run, run.sim, 'simulator')
     whole = np.diff(run.stamp) > 1.5e9 / run.control_rate
@@ -103,20 +92,7 @@ def resimulate(run: Run) -> Repetition:
 
 
 def recontrol(run: Run) -> Repetition:
-    """
-    Play the recorded states into the law and compare its commands with the recorded ones.
-
-    Parameters
-    ----------
-    run : Run
-        A recording of this package's controller, following an experiment.
-
-    Raises
-    ------
-    InputError
-        If it holds no controller or no commands.
-
-    """
+    """Play the recorded states into the law and compare its commands with the recorded ones."""
     side = _side(run, run.control, 'controller')
     if run.command is None:
         raise InputError(f'{run.name}: no command is recorded; nothing to compare with')

@@ -27,20 +27,7 @@ from ur5_ros.sim.limits import check_initial_state, state_bounds
 
 
 def rollout(plan: RunConfig) -> LoopRun | None:
-    """
-    Return the run of a plan, or None where it is not an ordinary one.
-
-    Parameters
-    ----------
-    plan : RunConfig
-        Parameters of both sides.
-
-    Raises
-    ------
-    InputError
-        As :class:`~ur5_ros.sim.plant.Plant` and :class:`~ur5_ros.control.controller.Controller`.
-
-    """
+    """Return the run of a plan, or None where it is not an ordinary one."""
     sim, control = plan.sim, plan.control
     conventions = sim.effort_convention, control.effort_convention
     if sim.gui or sim.world != EMPTY or 'gravity_excluded' in conventions or not (

@@ -50,17 +50,7 @@ class Rollout(NamedTuple):
 
 
 class RolloutEngine:
-    """
-    An arm at its initial state, for one run.
-
-    Parameters
-    ----------
-    plan : RunConfig
-        Parameters of both sides.
-    arm : ArmParameters
-        The simulator's arm.
-
-    """
+    """An arm at its initial state, for one run."""
 
     def __init__(self, plan: RunConfig, arm: ArmParameters) -> None:
         self._sim, self._arm, self._periods = plan.sim, arm, plan.periods
@@ -71,17 +61,7 @@ class RolloutEngine:
         self._integrator = None if integrator.none else integrator
 
     def run(self, settings: Settings, table: Reference) -> Rollout | None:
-        """
-        Return the run, or None where plant or law have more to do than a period's equations.
-
-        Parameters
-        ----------
-        settings : Settings
-            The law's.
-        table : Reference
-            What it follows, a row a period.
-
-        """
+        """Return the run, or None where plant or law have more to do than a period's equations."""
         periods, delay, law = self._periods, self._delay, settings.joint_law()
         states = np.empty(((periods - 1) * self._substeps + 1, 12))
         states[0] = [*self._sim.initial_positions, *self._sim.initial_velocities]

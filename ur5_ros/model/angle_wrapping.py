@@ -12,23 +12,8 @@ def limits_of_model(arm: ArmParameters, limits: Limits | None) -> tuple[np.ndarr
     """
     Return the position limits in the angles of the arm record.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm.
-    limits : Limits or None
-        Limits in the manufacturer's angles; those of the arm where none are given.
-
-    Returns
-    -------
-    lower, upper : numpy.ndarray, shape (6,)
-        Limits plus ``arm.angle_offset`` [rad].
-
-    Raises
-    ------
-    InputError
-        If the limits are not six numbers each, or a lower one is above the upper.
-
+    ``limits``: limits in the manufacturer's angles; those of the arm where none are given.
+    Returned: ``lower``, ``upper`` (6,): limits plus ``arm.angle_offset`` [rad].
     """
     limits = arm.limits if limits is None else limits
     for name in ('lower', 'upper'):
@@ -50,17 +35,8 @@ def turns_allowed(
     """
     Return the least and the most turns that keep each joint within limits.
 
-    Parameters
-    ----------
-    q : numpy.ndarray, shape (..., 6)
-        Joint positions [rad].
-    lower, upper : numpy.ndarray, shape (6,)
-        Limits in the same angles, 1e-9 rad taken as rounding.
-
-    Returns
-    -------
-    least, most : numpy.ndarray, shape (..., 6)
-        Whole numbers, infinite without limits; least > most where no turn helps.
-
+    ``q`` (..., 6): joint positions [rad]; ``lower``, ``upper`` (6,): limits in the same angles,
+    1e-9 rad taken as rounding.  Returned: ``least``, ``most`` (..., 6): whole numbers, infinite
+    without limits; least > most where no turn helps.
     """
     return np.ceil((lower - 1e-9 - q) / TURN), np.floor((upper + 1e-9 - q) / TURN)

@@ -91,20 +91,9 @@ def solve_from(T: np.ndarray, start: np.ndarray, chain: np.ndarray) -> np.ndarra
     """
     Return q_UR of poses by Newton's method, NaN where it does not reach them.
 
-    Parameters
-    ----------
-    T : numpy.ndarray, shape (n, 4, 4)
-        Poses [m].
-    start : numpy.ndarray, shape (n, 6)
-        Where each iteration begins [rad]; NaN where there is no start.
-    chain : numpy.ndarray, shape (6, 4, 4)
-        The calibrated chain.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 6)
-        Joint positions [rad], in the turns of the start, within 1e-13 m and rad of the pose.
-
+    ``T`` (n, 4, 4): poses [m]; ``start`` (n, 6): where each iteration begins [rad]; NaN where
+    there is no start; ``chain`` (6, 4, 4): the calibrated chain.  Returned: joint positions [rad],
+    in the turns of the start, within 1e-13 m and rad of the pose, (n, 6).
     """
     found = np.full(start.shape, np.nan)
     rows = np.flatnonzero(np.isfinite(start).all(axis=1))

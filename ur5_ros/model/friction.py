@@ -75,20 +75,8 @@ def friction_terms(
     Sgn(0) = [-1, 1]: what depends on speed and load is taken from the state before the step, so
     that the step has exactly one solution and a joint can stick.
 
-    Parameters
-    ----------
-    friction : JointFriction
-        The parts.
-    qd : numpy.ndarray, shape (..., 6)
-        Joint velocities [rad/s].
-    load : numpy.ndarray, shape (..., 6)
-        Torque that the joints transmit [N m].
-
-    Returns
-    -------
-    damping, level, offset : numpy.ndarray, shape (..., 6)
-        [N m s/rad], [N m], [N m].
-
+    ``qd`` (..., 6): joint velocities [rad/s]; ``load`` (..., 6): torque that the joints transmit
+    [N m].  Returned: ``damping``, ``level``, ``offset`` (..., 6): [N m s/rad], [N m], [N m].
     """
     part, speed = friction, np.abs(qd)
     excess = np.where(part.static > 0.0, part.static - part.coulomb, 0.0)
@@ -105,20 +93,8 @@ def friction_torque(friction: JointFriction, qd: np.ndarray, load: np.ndarray) -
     """
     Return the torque against a steady motion; zero at rest.
 
-    Parameters
-    ----------
-    friction : JointFriction
-        The parts.
-    qd : numpy.ndarray, shape (..., 6)
-        Joint velocities [rad/s].
-    load : numpy.ndarray, shape (..., 6)
-        Torque that the joints transmit [N m].
-
-    Returns
-    -------
-    numpy.ndarray, shape (..., 6)
-        Torque with the sign of the velocity [N m].
-
+    ``qd`` (..., 6): joint velocities [rad/s]; ``load`` (..., 6): torque that the joints transmit
+    [N m].  Returned: torque with the sign of the velocity [N m], (..., 6).
     """
     damping, level, offset = friction_terms(friction, qd, load)
     return np.where(np.abs(qd) < AT_REST, 0.0, damping * qd + offset + level * np.sign(qd))
@@ -133,20 +109,8 @@ def friction_compensation(
     It knows the viscous and the Coulomb friction at the nominal temperature, and nothing of the
     rest; at rest it adds nothing, since the direction of the motion to come is not known.
 
-    Parameters
-    ----------
-    friction : JointFriction
-        The robot's friction.
-    qd : numpy.ndarray, shape (..., 6)
-        Measured joint velocities [rad/s].
-    viscous_scale, coulomb_scale : numpy.ndarray, shape (6,)
-        Share of each that is compensated.
-
-    Returns
-    -------
-    numpy.ndarray, shape (..., 6)
-        Torque [N m].
-
+    ``qd`` (..., 6): measured joint velocities [rad/s]; ``viscous_scale``, ``coulomb_scale`` (6,):
+    share of each that is compensated.  Returned: torque [N m], (..., 6).
     """
     viscous = np.maximum(_viscous(friction, np.abs(qd)), 0.0)
     return (viscous_scale * viscous * qd

@@ -126,27 +126,9 @@ def with_payload(
     """
     Return the arm with another payload at its tool.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm; its own payload is replaced.
-    mass : float
-        Payload mass [kg], not negative.
-    com : array_like, shape (3,)
-        Centre of mass in ``tool0`` [m].
-    inertia : array_like, shape (3, 3), optional
-        Tensor about the centre of mass, axes of ``tool0`` [kg m^2]; a point mass by default.
-
-    Returns
-    -------
-    ArmParameters
-        A new record.
-
-    Raises
-    ------
-    ValueError
-        If the payload is not a physical body.
-
+    ``arm``: the arm; its own payload is replaced; ``mass``: payload mass [kg], not negative;
+    ``com`` (3,): centre of mass in ``tool0`` [m]; ``inertia`` (3, 3): tensor about the centre of
+    mass, axes of ``tool0`` [kg m^2]; a point mass by default.
     """
     tensor = np.zeros((3, 3)) if inertia is None else np.array(inertia, dtype=float)
     return replace(arm, payload=Payload(float(mass), np.array(com, dtype=float), tensor))

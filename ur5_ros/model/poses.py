@@ -9,15 +9,7 @@ from ur5_ros.model.parameters import ArmParameters
 
 
 def single_pose(T: np.ndarray) -> np.ndarray:
-    """
-    Return one pose as an array of shape (4, 4).
-
-    Raises
-    ------
-    InputError
-        If it is not one, or a number is not finite.
-
-    """
+    """Return one pose as an array of shape (4, 4)."""
     pose = finite_array('T', T, (4, 4))
     if pose.ndim != 2:
         raise InputError(f'T has shape {pose.shape}; give (4, 4), one pose')
@@ -28,16 +20,7 @@ def check_pose(T: np.ndarray) -> None:
     """
     Refuse what is no rigid transform, and say by how much.
 
-    Parameters
-    ----------
-    T : array_like, shape (..., 4, 4)
-        Poses.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite, the last row is not (0, 0, 0, 1) or the rest no rotation.
-
+    ``T`` (..., 4, 4): poses.
     """
     poses = finite_array('T', T, (4, 4))
     rotation = poses[..., :3, :3]
@@ -62,13 +45,7 @@ def unreachable(T: np.ndarray, arm: ArmParameters) -> str:
     """
     Return in one sentence why an arm cannot reach a pose.
 
-    Parameters
-    ----------
-    T : numpy.ndarray, shape (4, 4)
-        A pose without solution.
-    arm : ArmParameters
-        The arm.
-
+    ``T`` (4, 4): A pose without solution.
     """
     p5 = T[:3, 3] - arm.d[5] * T[:3, 2]
     across = float(np.hypot(p5[0], p5[1]))

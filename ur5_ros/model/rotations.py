@@ -12,16 +12,7 @@ def quaternion_of(rotation: np.ndarray) -> np.ndarray:
     Shepperd 1978: the largest of the four components is computed from a sum, the others by
     division through it, so that no rotation is ill-conditioned.
 
-    Parameters
-    ----------
-    rotation : numpy.ndarray, shape (3, 3)
-        Rotation matrix.
-
-    Returns
-    -------
-    numpy.ndarray, shape (4,)
-        x, y, z, w, of norm one, w not negative.
-
+    ``rotation`` (3, 3): rotation matrix.  Returned: x, y, z, w, of norm one, w not negative, (4,).
     """
     # floats, not arrays: NumPy would take ten times as long, and control loops call this
     (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
@@ -42,18 +33,8 @@ def position_and_quaternion(transform: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """
     Return a homogeneous transform as geometry_msgs/Pose holds it.
 
-    Parameters
-    ----------
-    transform : numpy.ndarray, shape (4, 4)
-        Pose [m].
-
-    Returns
-    -------
-    position : numpy.ndarray, shape (3,)
-        Position [m].
-    quaternion : numpy.ndarray, shape (4,)
-        As :func:`quaternion_of` returns it.
-
+    ``transform`` (4, 4): pose [m].  Returned: ``position`` (3,): position [m]; ``quaternion``
+    (4,): as :func:`quaternion_of` returns it.
     """
     return transform[:3, 3].copy(), quaternion_of(transform[:3, :3])
 
@@ -62,16 +43,7 @@ def rotation_of_quaternion(quaternion: np.ndarray) -> np.ndarray:
     """
     Return the rotation matrix of a quaternion.
 
-    Parameters
-    ----------
-    quaternion : numpy.ndarray, shape (4,)
-        x, y, z, w, of norm one.
-
-    Returns
-    -------
-    numpy.ndarray, shape (3, 3)
-        Rotation matrix.
-
+    ``quaternion`` (4,): x, y, z, w, of norm one.  Returned: rotation matrix, (3, 3).
     """
     x, y, z, w = quaternion
     return np.array([
@@ -85,16 +57,8 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
     """
     Return axis times angle of rotation matrices, well conditioned for every angle.
 
-    Parameters
-    ----------
-    rotation : numpy.ndarray, shape (n, 3, 3)
-        Rotation matrices.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 3)
-        Rotation vectors [rad], angle 0 to pi.
-
+    ``rotation`` (n, 3, 3): rotation matrices.  Returned: rotation vectors [rad], angle 0 to pi,
+    (n, 3).
     """
     r = rotation
     twice_sine = np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0],
@@ -116,18 +80,8 @@ def rotation_about(axis: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
     """
     Return the rotations about unit axes by angles (Rodrigues' formula).
 
-    Parameters
-    ----------
-    axis : numpy.ndarray, shape (..., 3)
-        Unit vectors; zero for no rotation.
-    angle : float or numpy.ndarray, shape (...)
-        Angles [rad].
-
-    Returns
-    -------
-    numpy.ndarray, shape (..., 3, 3)
-        Rotation matrices.
-
+    ``axis`` (..., 3): unit vectors; zero for no rotation; ``angle`` (...): angles [rad].
+    Returned: rotation matrices, (..., 3, 3).
     """
     x, y, z = np.moveaxis(np.asarray(axis, dtype=float), -1, 0)
     sine, versine = np.sin(angle), 2.0 * np.sin(np.asarray(angle) / 2.0) ** 2
@@ -143,16 +97,8 @@ def rotation_of_rpy(
     """
     Return Rz(yaw) Ry(pitch) Rx(roll).
 
-    Parameters
-    ----------
-    roll, pitch, yaw : float or numpy.ndarray, shape (...)
-        Angles about the fixed axes x, y, z, in this order [rad].
-
-    Returns
-    -------
-    numpy.ndarray, shape (..., 3, 3)
-        Rotation matrices.
-
+    ``roll``, ``pitch``, ``yaw`` (...): angles about the fixed axes x, y, z, in this order [rad].
+    Returned: rotation matrices, (..., 3, 3).
     """
     sa, ca = np.sin(roll), np.cos(roll)
     sb, cb = np.sin(pitch), np.cos(pitch)

@@ -43,17 +43,9 @@ def derive(arm: ArmParameters | None = None) -> Formulas:
     """
     Return kinematics and dynamics as expressions.
 
-    Parameters
-    ----------
-    arm : ArmParameters, optional
-        Its numbers stand in the formulas as exact rationals of their decimal digits; without an
-        arm the parameters are symbols: d1, a2, ..., m1, c1x, ..., I1xx, ..., J1 (armature), gx.
-
-    Returns
-    -------
-    Formulas
-        Expressions; M, C and g are not multiplied out.
-
+    ``arm``: its numbers stand in the formulas as exact rationals of their decimal digits; without
+    an arm the parameters are symbols: d1, a2, ..., m1, c1x, ..., I1xx, ..., J1 (armature), gx.
+    Returned: expressions; M, C and g are not multiplied out.
     """
     q, qd = sp.symbols('q1:7'), sp.symbols('qd1:7')
     symbols = _symbols()
@@ -75,20 +67,7 @@ def derive(arm: ArmParameters | None = None) -> Formulas:
 
 
 def parameter_values(arm: ArmParameters) -> dict[sp.Symbol, float]:
-    """
-    Return the number of an arm for each symbol that :func:`derive` uses.
-
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm, payload included.
-
-    Returns
-    -------
-    dict of sympy.Symbol to float
-        In the order in which written code takes the parameters.
-
-    """
+    """Return the number of an arm for each symbol that :func:`derive` uses."""
     mass, com, inertia = arm.bodies
     values = [arm.d[0], arm.a[1], arm.a[2], arm.d[3], arm.d[4], arm.d[5], *arm.gravity]
     for i in range(6):

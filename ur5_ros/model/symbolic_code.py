@@ -19,26 +19,11 @@ def write_code(formulas: Any, language: str) -> str:
     """
     Return program text that computes the flange pose, M, C and g.
 
-    Parameters
-    ----------
-    formulas : Formulas
-        From :func:`ur5_ros.model.symbolic.derive`.
-    language : {'python', 'c', 'matlab', 'latex'}
-        Python needs the module math alone; C is C99; MATLAB is one file ``ur_model.m`` that runs
-        in Octave too, called as ``ur_model('inertia_matrix', q, qd, p)``; LaTeX is one ``align*``
-        a quantity.  Where parameters are symbols, functions take them as a last vector ``p``, in
-        the order of ``formulas.parameters``.
-
-    Returns
-    -------
-    str
-        The text; matrices are written row by row.
-
-    Raises
-    ------
-    InputError
-        If the language is another one.
-
+    ``language``: python needs the module math alone; C is C99; MATLAB is one file ``ur_model.m``
+    that runs in Octave too, called as ``ur_model('inertia_matrix', q, qd, p)``; LaTeX is one
+    ``align*`` a quantity.  Where parameters are symbols, functions take them as a last vector
+    ``p``, in the order of ``formulas.parameters``.  Returned: the text; matrices are written row
+    by row.
     """
     if language not in LANGUAGES:
         raise InputError(f'language is {language!r}; give one of: {", ".join(LANGUAGES)}')

@@ -25,18 +25,6 @@ class ComposedNodes:
     In lockstep only one of them works at a time, so that one thread loses nothing and spares both
     the wait for the other to be woken.
 
-    Parameters
-    ----------
-    files : list of pathlib.Path
-        Parameter files of the command line.
-    stop : StopRequest
-        Asks both to end.
-
-    Raises
-    ------
-    InputError
-        If either cannot start, or a parameter is known to neither.
-
     """
 
     def __init__(self, files: list[Path], stop: StopRequest) -> None:

@@ -19,22 +19,8 @@ def set_parameter(node_name: str, name: str, text: str, timeout: float = TIMEOUT
     """
     Set a parameter of a node and return the value as it was sent.
 
-    Parameters
-    ----------
-    node_name : str
-        Such as ``/ur5_sim``; the slash may be left out.
-    name : str
-        The parameter.
-    text : str
-        Its value as YAML has it: a number, true, a word, or a list.
-    timeout : float
-        Wall-clock time to find the node, and to hear its answer [s].
-
-    Raises
-    ------
-    InputError
-        If there is no such node, it does not answer, or it refuses.
-
+    ``node_name``: such as ``/ur5_sim``; the slash may be left out; ``timeout``: wall-clock time to
+    find the node, and to hear its answer [s].
     """
     value = _value(name, text)
     node_name = '/' + node_name.removeprefix('/')

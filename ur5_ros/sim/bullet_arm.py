@@ -34,23 +34,8 @@ class BulletArm:
     Damping, motors and PyBullet's velocity clamp are off; the joints have no stops here.  Joint
     states travel as sequences of floats, which is what PyBullet takes and gives.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The bodies to load, payload merged.
-    gravity : array_like, shape (3,)
-        Gravitational acceleration in ``base`` [m/s^2].
-    step_time : float
-        Length h of a physics step [s].
-    gui : bool
-        Open PyBullet's window.
-    scene : BulletScene, optional
-        Bodies around the arm, which then has the shapes that touch them.
-
-    Raises
-    ------
-    InputError
-        If the arm has a link without a tensor, or there is no display for the window.
+    ``gravity`` (3,): gravitational acceleration in ``base`` [m/s^2]; ``step_time``: length h of a
+    physics step [s]; ``scene``: bodies around the arm, which then has the shapes that touch them.
 
     """
 

@@ -30,15 +30,7 @@ class CommandDelay:
         """
         Return the command that acts in period ``k``, given the one issued in it.
 
-        Parameters
-        ----------
-        k : int
-            Control period.
-        command : numpy.ndarray, shape (6,), or None
-            What is given now; None = no command.
-        delay : int
-            Control periods that it takes.
-
+        ``command`` (6,): what is given now; None = no command.
         """
         if delay == 0 and not self._under_way:
             self._acting = command

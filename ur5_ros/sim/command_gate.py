@@ -61,16 +61,7 @@ class CommandGate(ABC):
     """
     Decides about commands; see the top of the file for its use.
 
-    Parameters
-    ----------
-    names : sequence of str
-        The six joint names, prefix included.
-    parameters : SimParameters
-        Those of the simulator.
-    clock : callable
-        Steady time [s].
-    factor : float
-        Simulated time by wall time where periods are paced.
+    ``clock``: steady time [s].
 
     Attributes
     ----------

@@ -17,15 +17,7 @@ def in_joint_order(expected: Sequence[str], names: Sequence[str],
     """
     Return six torques in joint order, or None and why there are none.
 
-    Parameters
-    ----------
-    expected : sequence of str
-        The six joint names in joint order.
-    names : sequence of str
-        Those of the message, in any order.
-    effort : sequence of float
-        Torques in the order of ``names`` [N m].
-
+    ``effort``: torques in the order of ``names`` [N m].
     """
     try:
         order = joint_order(names, expected)
@@ -45,10 +37,7 @@ class RefusalCount:
     """
     Counts refusals by topic and reason, and reports each kind at most once a second.
 
-    Parameters
-    ----------
-    clock : callable
-        Steady time [s].
+    ``clock``: steady time [s].
 
     """
 
@@ -79,20 +68,7 @@ class PublisherMonitor:
         """
         Take note of the publishers.
 
-        Parameters
-        ----------
-        names : mapping of str to sequence of str
-            Names of the nodes by topic.
-        stamp : int
-            Of the present state [ns].
-
-        Returns
-        -------
-        bool
-            Whether there is more than one.
-        Event or None
-            An event, if there are several and others than before.
-
+        ``stamp``: of the present state [ns].
         """
         present = {topic: sorted(nodes) for topic, nodes in names.items() if nodes}
         everyone = [name for nodes in present.values() for name in nodes]

@@ -10,15 +10,7 @@ _UNIX = '/tmp/.X11-unix/X'
 
 
 def check_display() -> None:
-    """
-    Return if PyBullet's window can open.
-
-    Raises
-    ------
-    InputError
-        If this is Linux and the X server that DISPLAY names cannot be reached.
-
-    """
+    """Return if PyBullet's window can open."""
     if not sys.platform.startswith('linux'):
         return
     display = os.environ.get('DISPLAY', '')

@@ -12,15 +12,7 @@ from ur5_ros.sim.limits import LimitWatch
 
 
 class EventLog:
-    """
-    Logs every change once.
-
-    Parameters
-    ----------
-    arm : ArmParameters
-        Whose limits are watched.
-
-    """
+    """Logs every change once."""
 
     def __init__(self, arm: ArmParameters):
         self._fastest = arm.limits.velocity
@@ -72,17 +64,8 @@ class EventLog:
         """
         Log the joints that began or ceased to touch a limit in a period.
 
-        Parameters
-        ----------
-        before : int
-            Stamp of the state at its start [ns].
-        after : ArmState
-            The true state at its end.
-        clamped, held : numpy.ndarray, shape (6,), bool
-            Joints whose torque was clamped, joints that a stop held.
-        overspeed_stop : bool
-            Whether a joint that is too fast stops the run.
-
+        ``before``: stamp of the state at its start [ns]; ``clamped``, ``held`` (6,): joints whose
+        torque was clamped, joints that a stop held.
         """
         fast = np.abs(after.qd) > self._fastest
         for kind, mask, stamp in (('effort', clamped, before), ('position', held, before),

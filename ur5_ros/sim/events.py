@@ -21,16 +21,6 @@ def event(stamp: int, kind: str, message: str, /, **values: Any) -> Event:
     """
     Return an event with its values as JSON texts.
 
-    Parameters
-    ----------
-    stamp : int
-        Stamp of the state from which it acts [ns].
-    kind : str
-        What kind of event.
-    message : str
-        One sentence for a person.
-    **values
-        Anything that JSON can hold.
-
+    ``stamp``: stamp of the state from which it acts [ns].
     """
     return Event(stamp, kind, message, {key: json.dumps(value) for key, value in values.items()})

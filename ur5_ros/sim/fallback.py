@@ -19,26 +19,8 @@ def fallback_torque(mode: str, arm: BulletArm, joints: Joints, effects: Effects,
 
     The fallbacks know the whole plant: payload, friction, wrench and gravity as they are.
 
-    Parameters
-    ----------
-    mode : str
-        ``brake``, ``gravity_compensation`` or ``zero_torque``.
-    arm : BulletArm
-        Where M, C qd + g and J come from.
-    joints : Joints
-        State at the start of the period.
-    effects : Effects
-        What else acts on the joints.
-    limit : numpy.ndarray, shape (6,)
-        Largest torque [N m].
-    period : float
-        Length of a control period [s].
-
-    Returns
-    -------
-    numpy.ndarray, shape (6,)
-        Joint torque [N m].
-
+    ``mode``: ``brake``, ``gravity_compensation`` or ``zero_torque``; ``limit`` (6,): largest
+    torque [N m]; ``period``: length of a control period [s].  Returned: joint torque [N m], (6,).
     """
     if mode == 'brake':
         return brake_torque(arm, joints, effects, limit, period)

@@ -26,27 +26,11 @@ def solve_friction(
     is exactly one solution.  Resistance therefore stops a motion but never reverses it, whatever
     the step.  With ``level`` = the torque limits, -f is the brake that minimises v'^T A v'.
 
-    Parameters
-    ----------
-    A : numpy.ndarray, shape (6, 6)
-        Inertia by time, and what else is linear in the new velocity [N m s/rad]; positive
-        definite.
-    drive : numpy.ndarray, shape (6,)
-        Torque that would act at constant velocity [N m].
-    qd : numpy.ndarray, shape (6,)
-        Velocity before [rad/s].
-    level : numpy.ndarray, shape (6,)
-        Largest resistance [N m]; zero = none.
-    lower, upper : numpy.ndarray, shape (6,)
-        Velocities at which the stops are reached [rad/s]; infinite = none.
-
-    Returns
-    -------
-    delta : numpy.ndarray, shape (6,)
-        Change of velocity [rad/s].
-    f : numpy.ndarray, shape (6,)
-        Resistance [N m].
-
+    ``A`` (6, 6): inertia by time, and what else is linear in the new velocity [N m s/rad];
+    positive definite; ``drive`` (6,): torque that would act at constant velocity [N m]; ``qd``
+    (6,): velocity before [rad/s]; ``level`` (6,): largest resistance [N m]; zero = none;
+    ``lower``, ``upper`` (6,): velocities at which the stops are reached [rad/s]; infinite = none.
+    Returned: ``delta`` (6,): change of velocity [rad/s]; ``f`` (6,): resistance [N m].
     """
     f = drive + A @ qd  # what it takes to stop every joint at once
     if (level > 0.0).any() and (np.abs(f) <= level).all() and (lower <= 0.0).all() and (

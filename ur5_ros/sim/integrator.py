@@ -48,12 +48,7 @@ class PlantIntegrator:
     """
     The torque for PyBullet under one set of effects, with its constants computed once.
 
-    Parameters
-    ----------
-    effects : Effects
-        What acts beside the bodies, gravity and the motors.
-    step_time : float
-        h [s].
+    ``step_time``: h [s].
 
     """
 
@@ -79,22 +74,9 @@ class PlantIntegrator:
         """
         Return the torque that makes PyBullet's next step the step of the equation above.
 
-        Parameters
-        ----------
-        arm : BulletArm
-            Where M, C qd + g and J come from.
-        state : sequence of float
-            q [rad] and qd [rad/s] before the step, twelve numbers.
-        tau : numpy.ndarray, shape (6,)
-            Torque of the motors [N m].
-
-        Returns
-        -------
-        torque : list of float
-            M (qd' - qd) / h + C qd + g [N m].
-        held : numpy.ndarray, shape (6,), bool
-            The joints that a stop holds back in this step.
-
+        ``state``: q [rad] and qd [rad/s] before the step, twelve numbers; ``tau`` (6,): torque of
+        the motors [N m].  Returned: ``torque``: M (qd' - qd) / h + C qd + g [N m]; ``held`` (6,):
+        the joints that a stop holds back in this step.
         """
         q = state[:6]
         ((a, b, c, d, e, f), bias) = arm.mass_and_bias(q, state[6:])

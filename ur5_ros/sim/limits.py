@@ -26,20 +26,8 @@ class LimitWatch:
         """
         Take note of the joints at a limit in one period.
 
-        Parameters
-        ----------
-        kind : str
-            ``effort``, ``velocity`` or ``position``.
-        mask : numpy.ndarray, shape (6,), bool
-            The joints at the limit.
-        stamp : int
-            Stamp of the state from which that holds [ns].
-
-        Returns
-        -------
-        Event or None
-            An event if the joints are others than before.
-
+        ``kind``: ``effort``, ``velocity`` or ``position``; ``mask`` (6,): the joints at the limit;
+        ``stamp``: stamp of the state from which that holds [ns].
         """
         joints = tuple(name for name, at_limit in zip(JOINT_NAMES, mask, strict=True) if at_limit)
         self.periods[kind] += bool(joints)
@@ -60,15 +48,7 @@ def state_bounds(arm: ArmParameters) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check_initial_state(arm: ArmParameters, positions: list[float]) -> None:
-    """
-    Refuse to start beyond a stop.
-
-    Raises
-    ------
-    InputError
-        If a position is outside the arm's limits.
-
-    """
+    """Refuse to start beyond a stop."""
     for name, q, low, high in zip(JOINT_NAMES, positions, arm.limits.lower, arm.limits.upper,
                                   strict=True):
         if not low <= q <= high:
@@ -78,15 +58,7 @@ def check_initial_state(arm: ArmParameters, positions: list[float]) -> None:
 
 
 def check_rates(control_rate: int, physics_rate: int) -> None:
-    """
-    Refuse a control period that is not a whole number of physics steps.
-
-    Raises
-    ------
-    InputError
-        Naming the nearest rates that fit.
-
-    """
+    """Refuse a control period that is not a whole number of physics steps."""
     if physics_rate % control_rate == 0:
         return
     fitting = [rate for rate in range(1, physics_rate + 1) if physics_rate % rate == 0]

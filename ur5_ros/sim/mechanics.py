@@ -40,16 +40,7 @@ class Mechanics:
     """
     Joint state and what moves it.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm.
-    step_time : float
-        Length h of a physics step [s].
-    gui : bool
-        Open PyBullet's window.
-    world : World
-        What stands around the arm.
+    ``step_time``: length h of a physics step [s].
 
     """
 
@@ -75,13 +66,7 @@ class Mechanics:
         """
         Load the tool with a further body and set gravity; the joint state stays.
 
-        Parameters
-        ----------
-        load : ToolLoad
-            The body that the arm record does not declare.
-        gravity : list of float
-            In ``base`` [m/s^2]; empty = the arm's.
-
+        ``gravity``: in ``base`` [m/s^2]; empty = the arm's.
         """
         given = (load, list(gravity) or self.arm.gravity.tolist())
         if given != self._load:
@@ -108,13 +93,7 @@ class Mechanics:
         """
         Take physics steps under a constant torque of the motors.
 
-        Parameters
-        ----------
-        tau : numpy.ndarray, shape (6,)
-            Torque of the motors [N m].
-        steps : int
-            How many.
-
+        ``tau`` (6,): torque of the motors [N m].
         """
         integrator, bullet, motors = self._integrator, self.bullet, tau.tolist()
         held, free, world = NO_JOINTS, True, self.world

@@ -14,17 +14,7 @@ from ur5_ros.sim.mechanics import Mechanics
 
 
 class Motors:
-    """
-    Torque within the limits of the arm, for one control period at a time.
-
-    Parameters
-    ----------
-    mechanics : Mechanics
-        What they move.
-    parameters : SimParameters
-        Those of the start: rates, effort convention.
-
-    """
+    """Torque within the limits of the arm, for one control period at a time."""
 
     def __init__(self, mechanics: Mechanics, parameters: SimParameters):
         self._mechanics = mechanics
@@ -42,15 +32,7 @@ class Motors:
         self._compensates = bool(np.any(self._scales))
 
     def read(self, command: np.ndarray) -> np.ndarray:
-        """
-        Return a command as six finite numbers.
-
-        Raises
-        ------
-        InputError
-            If it is something else.
-
-        """
+        """Return a command as six finite numbers."""
         command = np.asarray(command, dtype=float)
         if command.shape == (6,) and all(map(isfinite, command.tolist())):
             return command

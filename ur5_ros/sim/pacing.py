@@ -10,14 +10,8 @@ class Pacer:
     """
     A schedule of control periods on a steady clock.
 
-    Parameters
-    ----------
-    control_rate : int
-        Control periods per simulated second [Hz].
-    factor : float
-        Simulated per wall time; 0 = as fast as it goes.
-    clock : callable
-        Steady time [s].
+    ``control_rate``: control periods per simulated second [Hz]; ``factor``: simulated per wall
+    time; 0 = as fast as it goes; ``clock``: steady time [s].
 
     Attributes
     ----------

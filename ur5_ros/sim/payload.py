@@ -36,27 +36,8 @@ def loaded_arm(arm: ArmParameters, mass: float, com: Sequence[float],
     """
     Return the arm whose last link carries its declared payload and a further body.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm; its own payload stays.
-    mass : float
-        Further mass [kg].
-    com : sequence of float
-        Where, in ``tool0`` [m].
-    inertia : sequence of float
-        Its tensor about there: xx, yy, zz, xy, xz, yz [kg m^2].
-
-    Returns
-    -------
-    ArmParameters
-        A record with the same geometry.
-
-    Raises
-    ------
-    InputError
-        If it is no physical body.
-
+    ``arm``: the arm; its own payload stays; ``mass``: further mass [kg]; ``com``: where, in
+    ``tool0`` [m]; ``inertia``: its tensor about there: xx, yy, zz, xy, xz, yz [kg m^2].
     """
     if mass == 0.0 and not any(inertia):
         return arm
@@ -72,17 +53,8 @@ class PayloadTransition:
     """
     From one body to another in equal stages of their inertial parameters.
 
-    Mass, first and second moment about the origin of ``tool0`` are blended, so that every stage
-    is a physical body.
-
-    Parameters
-    ----------
-    start, end : ToolLoad
-        The bodies.
-    first : int
-        Control period in which it begins.
-    periods : int
-        How many it takes.
+    Mass, first and second moment about the origin of ``tool0`` are blended, so that every stage is
+    a physical body.
 
     """
 

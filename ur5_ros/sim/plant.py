@@ -25,20 +25,7 @@ from ur5_ros.sim.world.contact_watch import ContactWatch
 
 
 def plant_from_parameters(parameters: Mapping[str, Any] | SimParameters) -> 'Plant':
-    """
-    Return the plant that the parameters of the simulator describe.
-
-    Parameters
-    ----------
-    parameters : SimParameters or mapping
-        What is missing takes its default.
-
-    Raises
-    ------
-    InputError
-        As :func:`ur5_ros.config.load_arm` and :class:`Plant`.
-
-    """
+    """Return the plant that the parameters of the simulator describe."""
     parameters = SimParameters.of(parameters)
     return Plant(load_arm(parameters.arm), parameters)
 

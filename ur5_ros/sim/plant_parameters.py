@@ -17,17 +17,7 @@ _LIVE = {parameter.name: parameter for parameter in SIM_PARAMETERS if parameter.
 
 
 class PlantParameters:
-    """
-    Parameters and wrench, always valid.
-
-    Parameters
-    ----------
-    parameters : SimParameters
-        Those at the start.
-    arm : ArmParameters
-        Whose friction acts where the parameters ask for it.
-
-    """
+    """Parameters and wrench, always valid."""
 
     def __init__(self, parameters: SimParameters, arm: ArmParameters):
         self.parameters = with_arm_friction(parameters, arm.friction)
@@ -37,16 +27,7 @@ class PlantParameters:
         """Force [N] and torque [N m] at the origin of ``tool0``, in ``base``."""
 
     def change(self, name: str, value: Any) -> Any:
-        """
-        Change a parameter; return its value in the right type.
-
-        Raises
-        ------
-        InputError
-            If there is no such parameter, it cannot change while the plant runs, or the value
-            is out of range or contradicts another one.
-
-        """
+        """Change a parameter; return its value in the right type."""
         if name not in _LIVE:
             known = any(name == each.name for each in SIM_PARAMETERS)
             what = 'cannot change during a run' if known else 'is no parameter'
@@ -63,15 +44,7 @@ class PlantParameters:
         loaded_arm(self._arm, *tool_load(parameters))
 
     def set_wrench(self, force: Sequence[float], torque: Sequence[float], frame: str) -> None:
-        """
-        Set the wrench.
-
-        Raises
-        ------
-        InputError
-            If the frame is not ``base`` or ``base_link``, or a number is not finite.
-
-        """
+        """Set the wrench."""
         wrench = np.concatenate([np.asarray(force, dtype=float), np.asarray(torque, dtype=float)])
         if wrench.shape != (6,) or not np.isfinite(wrench).all():
             raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N '

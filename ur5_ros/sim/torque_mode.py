@@ -14,13 +14,6 @@ class TorqueMode:
     The first command enters torque mode.  Silence leaves it: where ``leave_torque_mode`` is true
     commands are then ignored until :meth:`resume`, otherwise the next one enters it again.
 
-    Parameters
-    ----------
-    parameters : SimParameters
-        Of the simulator.
-    log : EventLog
-        Where entering and leaving are noted.
-
     """
 
     def __init__(self, parameters: SimParameters, log: EventLog):
@@ -35,13 +28,8 @@ class TorqueMode:
         """
         Return the command if it acts; None where the fallback does.
 
-        Parameters
-        ----------
-        command : numpy.ndarray, shape (6,), or None
-            The command for this period [N m]; None = silence.
-        stamp : int
-            Of the present state [ns].
-
+        ``command`` (6,): the command for this period [N m]; None = silence; ``stamp``: of the
+        present state [ns].
         """
         if command is None:
             self._last = np.zeros(6)

@@ -31,30 +31,10 @@ def urdf_text(arm: ArmParameters, tf_prefix: str = '', bare: bool = False,
     Shapes are visual only, so that no engine adds contacts of its own.  The declared payload is
     part of ``wrist_3_link``; rotor inertia (armature) has no place in a URDF and is left out.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm; every link needs a tensor.
-    tf_prefix : str
-        Put before every link and joint name.
-    bare : bool
-        The chain that the simulator loads: ``base`` is the root, the massless frames are left
-        out and the joints are continuous, because the plant has its own stops.
-    shapes : bool
-        Include the looks of the links; they take most of the time of loading.
-    world : World, optional
-        Its tool is part of the arm, and the links get the capsules that touch things.
-
-    Returns
-    -------
-    str
-        An XML document.
-
-    Raises
-    ------
-    InputError
-        If a link of the arm is a point mass, or the prefix is no ROS name.
-
+    ``arm``: the arm; every link needs a tensor; ``bare``: the chain that the simulator loads:
+    ``base`` is the root, the massless frames are left out and the joints are continuous, because
+    the plant has its own stops; ``shapes``: include the looks of the links; they take most of the
+    time of loading.
     """
     if not arm.has_tensors:
         link = int(np.argmin([np.linalg.eigvalsh(tensor)[0] for tensor in arm.inertia])) + 1

@@ -12,24 +12,7 @@ STATES = ('position', 'velocity', 'effort')
 
 def with_ros2_control(urdf: str, tf_prefix: str = '', states_topic: str = '/joint_states',
                       command_topic: str = '/joint_command') -> str:
-    """
-    Return a URDF with a ``ros2_control`` tag: six effort interfaces over two topics.
-
-    Parameters
-    ----------
-    urdf : str
-        From :func:`ur5_ros.sim.urdf.urdf_text`.
-    tf_prefix : str
-        Put before every joint name, as in the URDF.
-    states_topic, command_topic : str
-        Topics of the simulator.
-
-    Returns
-    -------
-    str
-        An XML document.
-
-    """
+    """Return a URDF with a ``ros2_control`` tag: six effort interfaces over two topics."""
     joints = ''.join(
         f'    <joint name="{tf_prefix}{name}">\n'
         '      <command_interface name="effort"/>\n'

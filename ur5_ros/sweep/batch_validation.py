@@ -43,15 +43,8 @@ def judge_folder(folder: str, given: Mapping[str, Any], marks: str = '') -> Judg
     """
     Return the validator's judgement of a run folder.
 
-    Parameters
-    ----------
-    folder : str
-        Run folder.
-    given : mapping
-        ``arm``, ``control_arm``, ``kp``, ``kd`` for bags without them.
-    marks : str, optional
-        File of pass marks; those of the package by default.
-
+    ``given``: ``arm``, ``control_arm``, ``kp``, ``kd`` for bags without them; ``marks``: file of
+    pass marks; those of the package by default.
     """
     name, limits = Path(folder).name, marks_of(marks)
     verdict = UNREADABLE
@@ -71,17 +64,7 @@ def judge_folder(folder: str, given: Mapping[str, Any], marks: str = '') -> Judg
 def judge_all(
     folders: list[Path], given: Mapping[str, Any], marks: str = '',
 ) -> Iterator[Judgement]:
-    """
-    Yield the judgement of each folder, in any order; many are shared among Dask workers.
-
-    Parameters
-    ----------
-    folders : list of Path
-        Run folders.
-    given, marks
-        As for :func:`judge_folder`.
-
-    """
+    """Yield the judgement of each folder, in any order; many are shared among Dask workers."""
     names = [str(folder.absolute()) for folder in folders]
     shown = dict(zip(names, map(str, folders), strict=True))
     if len(names) < WORTH_SHARING or find_spec('distributed') is None:

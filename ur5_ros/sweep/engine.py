@@ -27,25 +27,9 @@ def run_sweep(
     """
     Run what a sweep folder still lacks.
 
-    Parameters
-    ----------
-    spec : SweepSpec
-        The sweep.
-    folder : SweepFolder
-        Where rows go; the runs whose rows are there are not run again.
-    scheduler : str, optional
-        Address of a Dask scheduler; workers on this machine if not given.
-    workers : int, optional
-        Worker processes on this machine; one a core if not given.
-    progress : callable, optional
-        Gets the number of rows that are there.
-
-    Raises
-    ------
-    InputError
-        If no scheduler answers at the address, a scheduler that went away does not come back,
-        another sweep works in the folder, or other code computed its rows or runs on a worker.
-
+    ``folder``: where rows go; the runs whose rows are there are not run again; ``scheduler``:
+    address of a Dask scheduler; workers on this machine if not given; ``workers``: worker
+    processes on this machine; one a core if not given.
     """
     with folder.lock():
         _run_the_rest(spec, folder, scheduler, workers, progress)

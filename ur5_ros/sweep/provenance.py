@@ -35,22 +35,7 @@ def write_provenance(folder: Path) -> None:
 
 
 def check_provenance(folder: Path, rows: int) -> None:
-    """
-    Compare what computes the rows of a sweep folder with what did.
-
-    Parameters
-    ----------
-    folder : Path
-        The sweep's.
-    rows : int
-        Rows that are there.
-
-    Raises
-    ------
-    InputError
-        If other code computed them.
-
-    """
+    """Compare what computes the rows of a sweep folder with what did."""
     if not rows:
         write_provenance(folder)
         return
@@ -62,15 +47,7 @@ def check_provenance(folder: Path, rows: int) -> None:
 
 
 def check_worker(expected: str) -> None:
-    """
-    Refuse to compute with other code than the process that asks.
-
-    Raises
-    ------
-    InputError
-        Naming both.
-
-    """
+    """Refuse to compute with other code than the process that asks."""
     if sources() != expected:
         raise InputError(f'a worker has other code (sources {sources()}) than this sweep '
                          f'({expected}); start it again with the same version of ur5_ros')

@@ -37,17 +37,7 @@ _TABLE = 'class="sortable" style="display:block;overflow-x:auto"'
 
 
 def write_report(folder: SweepFolder, path: Path) -> Rate:
-    """
-    Write the page of a sweep and return its success rate.
-
-    Parameters
-    ----------
-    folder : SweepFolder
-        The sweep.
-    path : Path
-        File to write.
-
-    """
+    """Write the page of a sweep and return its success rate."""
     table, spec = folder.table(), folder.spec
     maps = heat_maps(table, spec, [name for name in _MAPPED if name in table.columns])
     figures = [*_rate_figures(table, spec), *drawn_figures(table, spec),

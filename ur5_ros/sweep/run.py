@@ -47,15 +47,7 @@ METRICS = ('max_error', 'rms_error', 'final_error', 'max_torque', 'max_speed')
 
 
 def plan_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
-    """
-    Return the parameters of one run.
-
-    Raises
-    ------
-    InputError
-        Naming the key, if it is unknown or its value cannot run.
-
-    """
+    """Return the parameters of one run."""
     values = {'experiment': spec.experiment, 'duration': spec.duration, **spec.fixed, **run.values}
     sides: dict[str, dict[str, Any]] = {'sim': {'seed': (spec.seed + run.number) % 2**31},
                                         'control': {}}
@@ -104,21 +96,9 @@ def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
     """
     Run and judge one run.
 
-    Parameters
-    ----------
-    spec : SweepSpec
-        The sweep.
-    run : RunSpec
-        Which of its runs.
-    bags : Path, optional
-        Folder for the bags that are to be kept; none are if not given.
-
-    Returns
-    -------
-    dict
-        ``index``, the values, ``status`` (pass, fail, diverged or failed), ``success``, ``why``,
-        the metrics, and verdict and value of every check.
-
+    ``bags``: folder for the bags that are to be kept; none are if not given.  Returned: ``index``,
+    the values, ``status`` (pass, fail, diverged or failed), ``success``, ``why``, the metrics, and
+    verdict and value of every check.
     """
     plan = plan_of(spec, run)
     folder = bags / f'{run.number:06d}' if bags is not None else None
@@ -189,15 +169,7 @@ def metrics_of(run: Run) -> dict[str, float]:
 
 
 def check_success(spec: SweepSpec) -> None:
-    """
-    Refuse a condition on a number that no run has.
-
-    Raises
-    ------
-    InputError
-        Naming it.
-
-    """
+    """Refuse a condition on a number that no run has."""
     unknown = [name for name in spec.success if name not in METRICS]
     if not unknown:
         return

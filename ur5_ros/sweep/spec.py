@@ -68,16 +68,7 @@ def load_sweep(name: str) -> SweepSpec:
     """
     Return a sweep specification.
 
-    Parameters
-    ----------
-    name : str
-        A name of ``config/sweeps``, or the path of a YAML file.
-
-    Raises
-    ------
-    InputError
-        If there is none, or a key is unknown or a range empty.
-
+    ``name``: A name of ``config/sweeps``, or the path of a YAML file.
     """
     path = Path(name)
     if not path.is_file() and '/' not in name and not name.endswith(('.yaml', '.yml')):

@@ -80,19 +80,7 @@ def discrete_keys(table: polars.DataFrame, spec: SweepSpec) -> list[str]:
 
 
 def heat_maps(table: polars.DataFrame, spec: SweepSpec, numbers: list[str]) -> list[HeatMap]:
-    """
-    Return maps of the success rate and of medians over every pair of keys.
-
-    Parameters
-    ----------
-    table : polars.DataFrame
-        The rows.
-    spec : SweepSpec
-        The sweep.
-    numbers : list of str
-        Columns of which the median is shown.
-
-    """
+    """Return maps of the success rate and of medians over every pair of keys."""
     maps = []
     keys = [key for key in discrete_keys(table, spec) if table[key].n_unique() > 1]
     for x, y in itertools.combinations(keys, 2):

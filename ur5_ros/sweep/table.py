@@ -22,22 +22,7 @@ _LEADING = ('status', 'success', 'why', *METRICS, 'states', 'verdict', 'causes')
 
 
 class SweepFolder:
-    """
-    A folder that holds a sweep: its specification, the rows done so far, its table.
-
-    Parameters
-    ----------
-    path : Path
-        Made if it does not exist.
-    spec : SweepSpec
-        The sweep.
-
-    Raises
-    ------
-    InputError
-        If the folder holds another sweep.
-
-    """
+    """A folder that holds a sweep: its specification, the rows done so far, its table."""
 
     def __init__(self, path: Path, spec: SweepSpec) -> None:
         self.path = path
@@ -58,15 +43,7 @@ class SweepFolder:
 
     @contextmanager
     def lock(self) -> Iterator[None]:
-        """
-        Keep other sweeps out of the folder while the block works.
-
-        Raises
-        ------
-        InputError
-            If one is at work in it.
-
-        """
+        """Keep other sweeps out of the folder while the block works."""
         with open(self.path / _SPEC, encoding='utf-8') as held:
             try:
                 fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -117,15 +94,7 @@ def input_keys(spec: SweepSpec) -> list[str]:
 
 
 def open_sweep(path: Path) -> SweepFolder:
-    """
-    Return a sweep folder that exists.
-
-    Raises
-    ------
-    InputError
-        If there is no sweep in it.
-
-    """
+    """Return a sweep folder that exists."""
     file = path / _SPEC
     if not file.is_file():
         raise InputError(f'{path} holds no sweep (no {_SPEC}); give the folder that ur5 sweep '

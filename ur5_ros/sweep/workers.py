@@ -39,18 +39,8 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
     """
     Yield the address of a Dask scheduler.
 
-    Parameters
-    ----------
-    scheduler : str, optional
-        Address of one that runs already; worker processes here are started if not given.
-    workers : int, optional
-        How many of them; one a core if not given.
-
-    Raises
-    ------
-    InputError
-        If the number is less than one.
-
+    ``scheduler``: address of one that runs already; worker processes here are started if not
+    given; ``workers``: how many of them; one a core if not given.
     """
     _silence()
     if scheduler is not None:
@@ -83,18 +73,8 @@ def connected(address: str, timeout: float = WORKER_TIMEOUT) -> Iterator[Client]
     """
     Yield a client of the scheduler at an address.
 
-    Parameters
-    ----------
-    address : str
-        Such as ``tcp://host:8786``.
-    timeout : float
-        Wall-clock time that it gets to answer [s].
-
-    Raises
-    ------
-    InputError
-        If no scheduler answers there.
-
+    ``address``: such as ``tcp://host:8786``; ``timeout``: wall-clock time that it gets to answer
+    [s].
     """
     try:
         kind = asyncio.run(asyncio.wait_for(_kind(address, timeout), timeout))
@@ -121,26 +101,10 @@ def map_batches(
 
     A task that fails is taken apart, so that one item costs no other its result.
 
-    Parameters
-    ----------
-    client : distributed.Client
-        Whose workers do it.
-    function : callable
-        ``function(*shared, items)`` returns one result an item.
-    shared : tuple
-        What every task needs; small, as it travels with each.
-    items : iterator
-        What there is to do; read as the work goes on.
-    size : int
-        Items in a task.
-    failed : callable
-        Makes the result of an item whose task fails by itself, given the exception.
-
-    Yields
-    ------
-    list
-        Results in any order; ends early, with work left, when the scheduler is lost.
-
+    ``function``: ``function(*shared, items)`` returns one result an item; ``shared``: what every
+    task needs; small, as it travels with each; ``items``: what there is to do; read as the work
+    goes on.  Returned: results in any order; ends early, with work left, when the scheduler is
+    lost.
     """
     under_way: dict[Future, list[Item]] = {}
 

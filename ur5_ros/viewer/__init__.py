@@ -17,22 +17,8 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080,
     """
     Serve a page with the arm on 127.0.0.1 until interrupted.
 
-    Parameters
-    ----------
-    run : pathlib.Path, optional
-        Run folder; the newest below ``bags/`` if none is given.
-    live : bool
-        Show what runs now instead.
-    port : int
-        Port to serve on; the next free one where it is taken, any free one for 0.
-    reading : mapping, optional
-        Options of :func:`ur5_ros.analysis.data.load.load_run`.
-
-    Raises
-    ------
-    InputError
-        If the viewer is not installed, the port is none, or the run cannot be read.
-
+    ``run``: run folder; the newest below ``bags/`` if none is given; ``port``: port to serve on;
+    the next free one where it is taken, any free one for 0.
     """
     try:
         import viser  # noqa: F401

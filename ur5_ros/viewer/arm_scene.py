@@ -16,17 +16,7 @@ MEASURED, REFERENCE = palette.rgb(palette.MEASURED), palette.rgb(palette.REFEREN
 
 
 class ArmScene:
-    """
-    An arm drawn in the browser; its root stands at the origin.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where to draw.
-    tree : UrdfTree
-        The arm.
-
-    """
+    """An arm drawn in the browser; its root stands at the origin."""
 
     def __init__(self, server: viser.ViserServer, tree: UrdfTree):
         self._server, self._tree = server, tree
@@ -72,15 +62,7 @@ class ArmScene:
         """
         Draw a line.
 
-        Parameters
-        ----------
-        name : str
-            A line of the same name is replaced.
-        points : numpy.ndarray, shape (n, 3)
-            Where it goes, in the root frame [m]; rows with NaN are left out.
-        colour : tuple of int
-            Red, green and blue, 0 to 255.
-
+        ``points`` (n, 3): where it goes, in the root frame [m]; rows with NaN are left out.
         """
         points = points[np.isfinite(points).all(axis=1)]
         if len(points) < 2:

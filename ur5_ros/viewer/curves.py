@@ -24,18 +24,7 @@ class Curve:
     """
     One chart over time with a mark that can be moved.
 
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where to draw.
-    title : str
-        What is shown, with its unit.
-    names : sequence of str
-        One name a column.
-    t : numpy.ndarray, shape (n,)
-        Time [s].
-    values : numpy.ndarray, shape (n, len(names))
-        What is drawn; NaN leaves a gap.
+    ``t`` (n,): time [s]; ``values`` (n, len(names)): what is drawn; NaN leaves a gap.
 
     """
 
@@ -61,13 +50,7 @@ class Curve:
         """
         Draw other data, with the mark at their end.
 
-        Parameters
-        ----------
-        t : numpy.ndarray, shape (n,)
-            Time [s].
-        values : numpy.ndarray, shape (n, number of names)
-            What is drawn; NaN leaves a gap.
-
+        ``t`` (n,): time [s]; ``values`` (n, number of names): what is drawn; NaN leaves a gap.
         """
         self._t, self._values, self._row = t, values, len(t) - 1
         self._chart.scales = self._scales()

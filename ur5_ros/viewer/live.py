@@ -23,10 +23,7 @@ class LiveView:
     """
     The page of the running system; waits for the first joint state.
 
-    Parameters
-    ----------
-    port : int
-        Port on 127.0.0.1; the next free one where it is taken.
+    ``port``: port on 127.0.0.1; the next free one where it is taken.
 
     """
 

@@ -18,16 +18,7 @@ class Page:
     """
     The page, served on 127.0.0.1 until :meth:`close`.
 
-    Parameters
-    ----------
-    tree : UrdfTree
-        The arm to draw.
-    track : Track
-        What the charts show at first.
-    title : str
-        The headline.
-    port : int
-        Port to serve on; the next free one where it is taken.
+    ``port``: port to serve on; the next free one where it is taken.
 
     """
 
@@ -76,18 +67,7 @@ def numbers(track: Track, row: int) -> str:
     """
     Return a row in words.
 
-    Parameters
-    ----------
-    track : Track
-        The run.
-    row : int
-        Which of its rows.
-
-    Returns
-    -------
-    str
-        Time [s], tool position [m], tool error [mm] and largest torque [N m], as Markdown.
-
+    Returned: time [s], tool position [m], tool error [mm] and largest torque [N m], as Markdown.
     """
     x, y, z = track.tool_in_base(row)
     text = f'**t = {track.t[row]:.3f} s**, tool at ({x:.4f}, {y:.4f}, {z:.4f}) m in {track.frame}'

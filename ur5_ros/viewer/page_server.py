@@ -31,14 +31,9 @@ class PageServer:
     viser's own server listens on a port of its own. This one answers the request for the page
     and passes every other connection on.
 
-    Parameters
-    ----------
-    title : str
-        Name of the page.
-    port : int
-        Port to serve on; the next free one where it is taken, any free one for 0.
-    wide, upright : tuple of two points (3,)
-        Where the camera stands and what it looks at [m], in a wide and in an upright window.
+    ``port``: port to serve on; the next free one where it is taken, any free one for 0; ``wide``,
+    ``upright``: where the camera stands and what it looks at [m], in a wide and in an upright
+    window.
 
     Attributes
     ----------

@@ -18,12 +18,7 @@ class RecordedView:
     """
     The page of one run.
 
-    Parameters
-    ----------
-    run : Run
-        What to show.
-    port : int
-        Port on 127.0.0.1; the next free one where it is taken.
+    ``port``: port on 127.0.0.1; the next free one where it is taken.
 
     """
 

@@ -27,27 +27,7 @@ def render(run: Path, out: Path, progress: Callable[[float], None] = lambda shar
     """
     Draw a recorded run; see :func:`draw`.
 
-    Parameters
-    ----------
-    run : pathlib.Path
-        Run folder.
-    out : pathlib.Path
-        File to write; must not exist.
-    progress : callable
-        Called with the share that is done, 0 to 1.
-    reading : mapping, optional
-        Options of :func:`ur5_ros.analysis.data.load.load_run`.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the ending is unknown, the file exists, or the run cannot be read.
-
+    ``out``: file to write; must not exist.
     """
     out = Path(out)
     check_new_file(out, KINDS)
@@ -62,21 +42,6 @@ def draw(run: Run, out: Path, progress: Callable[[float], None] = lambda share: 
 
     A ``.png`` shows the moment in the middle of the run, an ``.mp4`` the run in real time, a
     ``.gif`` the run in eight seconds at most.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    out : pathlib.Path
-        File to write.
-    progress : callable
-        Called with the share that is done, 0 to 1.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
-
     """
     from ur5_ros.analysis.injected import injections
     from ur5_ros.viewer.picture.frame import Frames

@@ -16,12 +16,7 @@ class Stage:
     """
     The arm and its world, as the browser's viewer shows them.
 
-    Parameters
-    ----------
-    run : Run
-        The run.
-    tree : UrdfTree, optional
-        The arm; that of the run by default.
+    ``tree``: the arm; that of the run by default.
 
     """
 

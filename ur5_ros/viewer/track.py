@@ -72,18 +72,8 @@ def tool_positions(tree: UrdfTree, q: np.ndarray) -> np.ndarray:
     """
     Return where the tool is.
 
-    Parameters
-    ----------
-    tree : UrdfTree
-        The arm.
-    q : numpy.ndarray, shape (n, 6)
-        Joint positions, base to wrist [rad].
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 3)
-        Origin of ``tool0``, or of the last frame where there is none, in the root frame [m].
-
+    ``q`` (n, 6): joint positions, base to wrist [rad].  Returned: origin of ``tool0``, or of the
+    last frame where there is none, in the root frame [m], (n, 3).
     """
     poses = link_poses(tree, joint_angles(tree, q))
     last = 'tool0' if 'tool0' in poses else tree.joints[-1].child
@@ -102,18 +92,8 @@ def joint_angles(tree: UrdfTree, q: np.ndarray) -> dict[str, np.ndarray]:
     """
     Return joint positions by the names of the tree, whatever their prefix.
 
-    Parameters
-    ----------
-    tree : UrdfTree
-        The arm.
-    q : numpy.ndarray, shape (..., 6)
-        Joint positions, base to wrist [rad].
-
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (...)
-        Angle of each joint [rad].
-
+    ``q`` (..., 6): joint positions, base to wrist [rad].  Returned: angle of each joint [rad],
+    (...).
     """
     angles = {}
     for joint in tree.joints:
@@ -124,29 +104,7 @@ def joint_angles(tree: UrdfTree, q: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def track(run: Run, tree: UrdfTree, rows: int = 1500) -> Track:
-    """
-    Return at most ``rows`` rows of a run, evenly spread.
-
-    Parameters
-    ----------
-    run : Run
-        A run with at least two states.
-    tree : UrdfTree
-        The arm whose tool is followed.
-    rows : int
-        How many rows to keep.
-
-    Returns
-    -------
-    Track
-        What the viewer and the renderer show.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to show.
-
-    """
+    """Return at most ``rows`` rows of a run, evenly spread."""
     if len(run.stamp) < 2:
         raise InputError(f'{run.name}: {len(run.stamp)} states; a picture needs two at least')
     pick = np.unique(np.linspace(0, len(run.stamp) - 1, rows).round().astype(int))

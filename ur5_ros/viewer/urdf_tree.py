@@ -52,25 +52,7 @@ class UrdfTree(NamedTuple):
 
 
 def parse_urdf(text: str) -> UrdfTree:
-    """
-    Return frames and primitive shapes of a URDF; meshes are left out.
-
-    Parameters
-    ----------
-    text : str
-        The XML document.
-
-    Returns
-    -------
-    UrdfTree
-        Joints in an order in which each parent comes before its children.
-
-    Raises
-    ------
-    InputError
-        If the text is no URDF with one root.
-
-    """
+    """Return frames and primitive shapes of a URDF; meshes are left out."""
     if len(text) > MAX_CHARACTERS:
         raise InputError(f'robot description of {len(text)} characters; at most {MAX_CHARACTERS}')
     try:
@@ -100,18 +82,8 @@ def link_poses(tree: UrdfTree, angles: dict[str, np.ndarray]) -> dict[str, np.nd
     """
     Return the pose of every link in the root.
 
-    Parameters
-    ----------
-    tree : UrdfTree
-        The arm.
-    angles : dict of str to numpy.ndarray, shape (...)
-        Angle of each moving joint [rad], by name; zero where it is missing.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (..., 4, 4)
-        By link name.
-
+    ``angles`` (...): angle of each moving joint [rad], by name; zero where it is missing.
+    Returned: by link name, (..., 4, 4).
     """
     poses = {tree.root: np.eye(4)}
     for joint in tree.joints:

@@ -10,17 +10,7 @@ from ur5_ros.viewer.world_track import WorldTrack, force_arrows
 
 
 class WorldScene:
-    """
-    The bodies of a run's world and the forces on them; all in ``base``.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where to draw.
-    run : Run
-        Whose world.
-
-    """
+    """The bodies of a run's world and the forces on them; all in ``base``."""
 
     def __init__(self, server: viser.ViserServer, run: Run):
         self._server, self._track = server, WorldTrack(run)

@@ -18,15 +18,7 @@ _PLANE = (4.0, 4.0, 1e-3)
 
 
 class WorldTrack:
-    """
-    The bodies of a run's world, and the recorded poses and forces by time.
-
-    Parameters
-    ----------
-    run : Run
-        Whose world.
-
-    """
+    """The bodies of a run's world, and the recorded poses and forces by time."""
 
     def __init__(self, run: Run):
         world = NOTHING if run.sim is None else run.sim.world
@@ -62,15 +54,7 @@ class WorldTrack:
 
 
 def body_visual(body: Body) -> Visual:
-    """
-    Return what a body of a world looks like.
-
-    Raises
-    ------
-    InputError
-        If its mesh cannot be read.
-
-    """
+    """Return what a body of a world looks like."""
     red, green, blue = (round(255 * share) for share in body.colour)
     kind, size, triangles = body.shape, tuple(body.size), None
     if kind == 'plane':
@@ -100,18 +84,8 @@ def force_arrows(contacts: list[ContactForce]) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the lines that stand for forces, 10 mm a newton, and their colours.
 
-    Parameters
-    ----------
-    contacts : list of ContactForce
-        Of one instant.
-
-    Returns
-    -------
-    points : numpy.ndarray, shape (2 n, 2, 3)
-        Begin and end of normal force and friction of each, in base [m].
-    colours : numpy.ndarray, shape (2 n, 2, 3)
-        Red, green, blue.
-
+    Returned: ``points`` (2 n, 2, 3): begin and end of normal force and friction of each, in base
+    [m]; ``colours`` (2 n, 2, 3): red, green, blue.
     """
     points = [[each.place, each.place + ARROW_SCALE * force]
               for each in contacts for force in (each.normal, each.lateral)]

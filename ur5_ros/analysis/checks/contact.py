@@ -20,17 +20,7 @@ GAIN = 50.0
 
 
 def contact_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
-    """
-    Return the checks of contact and the series for the figures.
-
-    Parameters
-    ----------
-    run : Run
-        The recording.
-    marks : Marks
-        Pass marks.
-
-    """
+    """Return the checks of contact and the series for the figures."""
     if run.contact is None:
         checks = [not_applicable(name, 'no contact torque is recorded: the run has no world')
                   for name in _NAMES]
@@ -92,17 +82,8 @@ def tool_force(run: Run) -> np.ndarray:
     """
     Return the wrench at the tool that the contact torque comes to, if all contact is there.
 
-    Parameters
-    ----------
-    run : Run
-        A recording with contact torque.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, 6)
-        J^-T times the mean of each period's contact torque: force [N] and torque [N m] in base at
-        the origin of ``tool0``, up to each state; zero in the first row.
-
+    Returned: J^-T times the mean of each period's contact torque: force [N] and torque [N m] in
+    base at the origin of ``tool0``, up to each state; zero in the first row, (n, 6).
     """
     wrench = np.zeros((len(run.stamp), 6))
     torque = run.required_contact.mean(axis=1)

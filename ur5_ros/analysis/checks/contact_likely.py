@@ -36,11 +36,7 @@ def contact_likely(run: Run) -> tuple[list[Check], dict[str, Any]]:
     """
     Return the check of a real robot's recording, and the series for the figure.
 
-    Parameters
-    ----------
-    run : Run
-        A recording that is not of this package's simulator; of others nothing is returned.
-
+    ``run``: A recording that is not of this package's simulator; of others nothing is returned.
     """
     record = run.law_record
     if run.sim is not None or record is None:

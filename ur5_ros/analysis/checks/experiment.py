@@ -18,11 +18,7 @@ def experiment_checks(run: Run) -> list[Check]:
     """
     Return one check for every figure that the run's experiment names.
 
-    Parameters
-    ----------
-    run : Run
-        The recording; its time 0 is that of the experiment.
-
+    ``run``: the recording; its time 0 is that of the experiment.
     """
     name = run.control.parameters.get('experiment', '') if run.control else ''
     if not name or run.sim is None:

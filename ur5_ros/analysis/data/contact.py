@@ -12,16 +12,7 @@ def contact_series(messages: Iterable[tuple[str, bytes]]) -> dict[str, Any]:
     """
     Return ``contact_forces`` and ``objects`` of a run from its messages.
 
-    Parameters
-    ----------
-    messages : iterable of (str, bytes)
-        Role and CDR bytes, in order of time; other roles are left out.
-
-    Raises
-    ------
-    BagError
-        If one is damaged.
-
+    ``messages``: role and CDR bytes, in order of time; other roles are left out.
     """
     forces, objects = [], []
     for role, data in messages:
@@ -37,24 +28,9 @@ def contact_rows(stamp: np.ndarray, physics_rate: float, substeps: int, at: np.n
     """
     Return the contact torque of the physics steps up to each state.
 
-    Parameters
-    ----------
-    stamp : numpy.ndarray, shape (n,)
-        Of the states [ns].
-    physics_rate : float
-        Physics steps a second.
-    substeps : int
-        Of them between two states.
-    at : numpy.ndarray, shape (m,)
-        Stamps of the recorded torques, each at the end of its step [ns].
-    torque : numpy.ndarray, shape (m, 6)
-        [N m].
-
-    Returns
-    -------
-    numpy.ndarray, shape (n, substeps, 6)
-        [N m]; zero where none was recorded.
-
+    ``stamp`` (n,): of the states [ns]; ``at`` (m,): stamps of the recorded torques, each at the
+    end of its step [ns]; ``torque`` (m, 6): [N m].  Returned: [N m]; zero where none was recorded,
+    (n, substeps, 6).
     """
     rows = np.zeros((len(stamp), substeps, 6))
     state = np.searchsorted(stamp, at)

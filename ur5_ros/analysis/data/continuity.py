@@ -34,15 +34,8 @@ def judge_continuity(t: np.ndarray, q: np.ndarray, qd: np.ndarray | None) -> Con
     piece continues the source whose last row allows it; a source inside the main one's time is
     another publisher.
 
-    Parameters
-    ----------
-    t : numpy.ndarray, shape (n,)
-        Time [s], increasing.
-    q : numpy.ndarray, shape (n, 6)
-        Positions [rad].
-    qd : numpy.ndarray, shape (n, 6), or None
-        Velocities [rad/s]; None where they are not measured.
-
+    ``t`` (n,): time [s], increasing; ``q`` (n, 6): positions [rad]; ``qd`` (n, 6): velocities
+    [rad/s]; None where they are not measured.
     """
     speed = np.full(len(q), SPEED) if qd is None else np.abs(qd).max(axis=1)
     linked = _allowed(t[:-1], t[1:], q[:-1], q[1:], speed[:-1], speed[1:])

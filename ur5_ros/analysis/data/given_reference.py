@@ -24,25 +24,9 @@ def given_reference(run: Run, text: str) -> Reference:
     """
     Return the reference that a text names, for every state of a run.
 
-    Parameters
-    ----------
-    run : Run
-        What was recorded.
-    text : str
-        A topic (``/...``) of one of its bags; an experiment, by name or file, that begins with the
-        first state; six joint angles [rad]; or a tool pose in ``base``: x, y, z [m] and a
-        quaternion x, y, z, w.
-
-    Returns
-    -------
-    Reference
-        Shapes (n, 6); NaN before the first message of a topic.
-
-    Raises
-    ------
-    InputError
-        If the text names none of them, or the pose is out of reach.
-
+    ``text``: A topic (``/...``) of one of its bags; an experiment, by name or file, that begins
+    with the first state; six joint angles [rad]; or a tool pose in ``base``: x, y, z [m] and a
+    quaternion x, y, z, w.  Returned: shapes (n, 6); NaN before the first message of a topic.
     """
     if text.startswith('/'):
         return _of_topic(run, text)

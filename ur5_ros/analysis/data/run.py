@@ -62,19 +62,7 @@ class TargetWrench(NamedTuple):
 
 
 def total_effort(states: States, parameters: Mapping[str, Any], arm: ArmParameters) -> States:
-    """
-    Return states whose effort is the whole torque that acted, whatever the drives report.
-
-    Parameters
-    ----------
-    states : States
-        As published by this package's simulator, a row a control period.
-    parameters : mapping
-        Of the simulator.
-    arm : ArmParameters
-        The simulator's, with its declared payload.
-
-    """
+    """Return states whose effort is the whole torque that acted, whatever the drives report."""
     feedback = parameters.get('effort_feedback', 'total')
     if feedback == 'total':
         return states

@@ -13,14 +13,6 @@ def target_wrenches(bag: BagData, states: States) -> tuple[TargetWrench, ...]:
 
     The controller takes one message after the other and records each when it has taken it: a
     wrench acts on the answers to the states that were recorded after it.
-
-    Parameters
-    ----------
-    bag : BagData
-        Of the controller.
-    states : States
-        Of the run, for a wrench in the axes of the tool as it stood.
-
     """
     if bag.record is None or not bag.has('target_wrench') or not bag.has('joint_states'):
         return ()

@@ -17,18 +17,8 @@ def contact_cause(run: Run, limit: float) -> dict[str, Any] | None:
     """
     Return contact torque that acted and is not recorded, where it explains the residual.
 
-    Parameters
-    ----------
-    run : Run
-        A recording in a world.
-    limit : float
-        Mark of the residual [N m].
-
-    Returns
-    -------
-    dict or None
-        ``kind``, ``sentence``, ``share``, ``bodies``, the largest force that is missing [N].
-
+    ``limit``: mark of the residual [N m].  Returned: ``kind``, ``sentence``, ``share``,
+    ``bodies``, the largest force that is missing [N].
     """
     if run.contact is None or not run.substeps or run.noisy:
         return None

@@ -57,15 +57,7 @@ def differences(law: ArmParameters, plant: ArmParameters, samples: SampleBlocks,
 
     Each is mended alone, then one after the other, always the one that leaves least.
 
-    Parameters
-    ----------
-    law, plant : ArmParameters
-        The arm of the law and the one that the plant moves as.
-    samples : SampleBlocks
-        The recorded motion and torque, in angles of the law's arm.
-    weight : numpy.ndarray, shape (b, 6)
-        Weight of each block and joint.
-
+    ``weight`` (b, 6): weight of each block and joint.
     """
     keep = np.unique(np.linspace(0, len(samples.q) - 1, BLOCKS).astype(int))
     torque, w = _Torque(samples.rows(keep), law), weight[keep]

@@ -59,15 +59,8 @@ def stiction_cause(
     """
     Return the cause where joints hold more at rest than they resist in motion.
 
-    Parameters
-    ----------
-    samples : SampleBlocks
-        Samples.
-    held : numpy.ndarray, shape (b, w, 6)
-        Torque that friction takes in each sample [N m].
-    level : numpy.ndarray, shape (b, w, 6)
-        Dry friction in slow motion [N m].
-
+    ``held`` (b, w, 6): torque that friction takes in each sample [N m]; ``level`` (b, w, 6): dry
+    friction in slow motion [N m].
     """
     stands = sticking(samples)
     size = np.where(stands, np.abs(held), 0.0)

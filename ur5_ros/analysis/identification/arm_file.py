@@ -9,15 +9,7 @@ from ur5_ros.config.arm_writer import arm_file_text, write_new_file
 
 
 def write_arm(found: Identified, path: Path | str) -> None:
-    """
-    Write an identified arm as a file that every command takes for ``--arm``.
-
-    Raises
-    ------
-    InputError
-        If the file exists or cannot be written.
-
-    """
+    """Write an identified arm as a file that every command takes for ``--arm``."""
     write_new_file(path, identified_yaml(found))
 
 

@@ -33,18 +33,7 @@ def base_of(arm: ArmParameters, states: int = 500) -> BaseParameters:
     Dependent columns show as zeros on the diagonal of the QR decomposition over spread states
     (Gautier 1991) and are folded into the columns before them.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        Geometry and gravity; masses do not enter.
-    states : int
-        How many random states to look at.
-
-    Returns
-    -------
-    BaseParameters
-        Combinations and columns.
-
+    ``arm``: geometry and gravity; masses do not enter.
     """
     random = np.random.default_rng(1)
     q, qd, qdd = random.uniform(-1.0, 1.0, (3, states, 6)) * np.array([np.pi, 2.0, 5.0])[

@@ -133,31 +133,10 @@ def excite(
     success rule (Rechenberg 1973).  The condition number of the regressor bounds how noise of the
     torque becomes error of the parameters (Swevers et al. 1997).
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm with its limits.
-    seconds : float
-        Length of the motion [s]; it begins and ends at rest.
-    budget : float
-        Time of this process that the search may take [s].
-    harmonics : int
-        Multiples of the base frequency 1/seconds that each joint has.
-    acceleration : float
-        Largest joint acceleration [rad/s^2].
-    clearance : float
-        Least distance of elbow, wrists and tool from the table plane, and of wrists and tool from
-        upper arm and base column [m].
-    seed : int
-        Of the random numbers.
-    progress : callable, optional
-        Is given the share of the budget that is over.
-
-    Raises
-    ------
-    InputError
-        If no series within the limits was found.
-
+    ``seconds``: length of the motion [s]; it begins and ends at rest; ``budget``: time of this
+    process that the search may take [s]; ``acceleration``: largest joint acceleration [rad/s^2];
+    ``clearance``: least distance of elbow, wrists and tool from the table plane, and of wrists and
+    tool from upper arm and base column [m].
     """
     if not 4.0 <= seconds <= 600.0:
         raise InputError(f'seconds is {seconds:g}; give 4 to 600')
@@ -186,13 +165,8 @@ def predicted_errors(x: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """
     Return the standard errors of least squares under white torque noise.
 
-    Parameters
-    ----------
-    x : numpy.ndarray, shape (n * 6, p)
-        Regressor, six rows a state, at :data:`LIMIT_RATE`.
-    noise : numpy.ndarray, shape (6,)
-        Standard deviation of one torque sample at :data:`NOISE_RATE` [N m].
-
+    ``x`` (n * 6, p): regressor, six rows a state, at :data:`LIMIT_RATE`; ``noise`` (6,): standard
+    deviation of one torque sample at :data:`NOISE_RATE` [N m].
     """
     rows = x / np.tile(noise, len(x) // 6)[:, None]
     size = np.linalg.norm(rows, axis=0)

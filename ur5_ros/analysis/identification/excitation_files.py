@@ -18,23 +18,8 @@ def write_excitation(experiment: JointWaves, path: Path) -> Path:
     """
     Write an experiment file, and beside it the same motion as a JointTrajectory.
 
-    Parameters
-    ----------
-    experiment : JointWaves
-        The motion.
-    path : pathlib.Path
-        Experiment file; ``x.yaml`` has ``x.trajectory.yaml`` beside it.
-
-    Returns
-    -------
-    pathlib.Path
-        The file of the JointTrajectory, for ``ros2 topic pub``.
-
-    Raises
-    ------
-    InputError
-        If a file exists or cannot be written.
-
+    ``path``: experiment file; ``x.yaml`` has ``x.trajectory.yaml`` beside it.  Returned: the file
+    of the JointTrajectory, for ``ros2 topic pub``.
     """
     beside = path.with_suffix('.trajectory.yaml')
     refuse_existing(path)

@@ -45,12 +45,8 @@ def friction_features(speed: np.ndarray, direction: np.ndarray, load: np.ndarray
     """
     Return the features of friction, shape (n, 6, 9).
 
-    Parameters
-    ----------
-    speed, direction, load : numpy.ndarray, shape (n, 6)
-        Speed [rad/s], direction of dry friction (-1 to 1), torque that the joint carries at rest
-        [N m].
-
+    ``speed``, ``direction``, ``load`` (n, 6): speed [rad/s], direction of dry friction (-1 to 1),
+    torque that the joint carries at rest [N m].
     """
     return np.stack([
         speed, direction, np.ones_like(speed), speed**3, direction * np.abs(load),
@@ -65,17 +61,9 @@ def choose_family(features: np.ndarray, others: np.ndarray, y: np.ndarray,
     Parameters are added one by one, as long as the error left out shrinks by :data:`GAIN`; at most
     one Stribeck speed.
 
-    Parameters
-    ----------
-    features : numpy.ndarray, shape (n, 9)
-        Of one joint.
-    others : numpy.ndarray, shape (n, p)
-        Columns that every family has beside friction; p may be zero.
-    y : numpy.ndarray, shape (n,)
-        What is to be explained.
-    fold : numpy.ndarray, shape (n,)
-        Part that each row belongs to, from :func:`folds_of`.
-
+    ``features`` (n, 9): of one joint; ``others`` (n, p): columns that every family has beside
+    friction; p may be zero; ``y`` (n,): what is to be explained; ``fold`` (n,): part that each row
+    belongs to, from :func:`folds_of`.
     """
     x = np.column_stack([others, features])
     grams = [_gram(x[fold == each], y[fold == each]) for each in np.unique(fold)]

@@ -149,18 +149,7 @@ def identify_payload(run: Run, arm: ArmParameters | None = None) -> PayloadEstim
     """
     Return the load at the tool that the torque of one run shows, beyond the arm's own bodies.
 
-    Parameters
-    ----------
-    run : Run
-        Recording whose torque has no friction in it, such as a robot's own target torque.
-    arm : ArmParameters, optional
-        The arm without the load; by default the one that the run names.
-
-    Raises
-    ------
-    InputError
-        If no arm is known, or torques are not recorded.
-
+    ``arm``: the arm without the load; by default the one that the run names.
     """
     arm = arm_of(run) if arm is None else arm
     rows = rows_of([run], arm)
@@ -176,15 +165,7 @@ def fit_base(runs: Sequence[Run], arm: ArmParameters) -> Estimate:
 
 
 def arm_of(run: Run) -> ArmParameters:
-    """
-    Return the arm that a run names: the law's, else the plant's.
-
-    Raises
-    ------
-    InputError
-        If the bag names none.
-
-    """
+    """Return the arm that a run names: the law's, else the plant's."""
     record = run.law_record
     if record is None:
         raise InputError(no_arm(run))

@@ -35,30 +35,11 @@ def physical(
     Directions that the fit does not determine stay as they are.  Where a physical arm predicts
     the fit's torques, that one is returned.
 
-    Parameters
-    ----------
-    combination : numpy.ndarray, shape (b, 66)
-        C: base parameters as combinations of the parameters.
-    value : numpy.ndarray, shape (b,)
-        b: what the fit says of them.
-    factor : numpy.ndarray, shape (r, b)
-        F: square root of their information, see
-        :class:`~ur5_ros.analysis.identification.least_squares.Estimate`.
-    start : numpy.ndarray, shape (66,)
-        The arm that is there: ten inertial parameters a link, then six rotor inertias.
-    typical : numpy.ndarray, shape (66,)
-        How large each of them is for bodies like those.
-
-    Returns
-    -------
-    numpy.ndarray, shape (66,)
-        Parameters.
-
-    Raises
-    ------
-    InputError
-        If the solver is not installed or finds no answer.
-
+    ``combination`` (b, 66): C: base parameters as combinations of the parameters; ``value`` (b,):
+    b: what the fit says of them; ``factor`` (r, b): F: square root of their information, see
+    :class:`~ur5_ros.analysis.identification.least_squares.Estimate`; ``start`` (66,): the arm that
+    is there: ten inertial parameters a link, then six rotor inertias; ``typical`` (66,): how large
+    each of them is for bodies like those.  Returned: parameters, (66,).
     """
     cvxpy = _solver()
     x = cvxpy.Variable(66)
@@ -90,15 +71,7 @@ def with_parameters(arm: ArmParameters, x: np.ndarray, name: str) -> ArmParamete
     """
     Return the arm with other bodies and rotors.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        Geometry, gravity and limits.
-    x : numpy.ndarray, shape (66,)
-        Ten inertial parameters a link, then the rotor inertias.
-    name : str
-        Of the new record.
-
+    ``x`` (66,): ten inertial parameters a link, then the rotor inertias.
     """
     links = x[:60].reshape(6, 10)
     mass = links[:, 0].copy()
@@ -115,16 +88,8 @@ def pseudo_inertia(body: np.ndarray) -> np.ndarray:
     """
     Return the pseudo-inertia matrix of a body.
 
-    Parameters
-    ----------
-    body : array_like, shape (10,)
-        m, m c (3), tensor about the origin as xx, xy, yy, xz, yz, zz.
-
-    Returns
-    -------
-    numpy.ndarray, shape (4, 4)
-        [[tr(I)/2 - I, m c], [m c^T, m]]: positive definite for every body of some extent.
-
+    ``body`` (10,): m, m c (3), tensor about the origin as xx, xy, yy, xz, yz, zz.  Returned:
+    [[tr(I)/2 - I, m c], [m c^T, m]]: positive definite for every body of some extent, (4, 4).
     """
     matrix = np.empty((4, 4))
     tensor = _tensor(body)

@@ -54,24 +54,9 @@ def least_squares(
     jackknife (Efron 1982, ch. 4) with half the products of next neighbours: residuals that depend
     on each other, and noise whose size changes along the run, are accounted for.
 
-    Parameters
-    ----------
-    x : numpy.ndarray, shape (n, 6, p)
-        Regressor.
-    y : numpy.ndarray, shape (n, 6)
-        What it is to explain.
-    known : numpy.ndarray, shape (n, 6)
-        Which of them count.
-    block : numpy.ndarray, shape (n,)
-        Number of the block that each window belongs to.
-    floor : float
-        Residual under which no joint weighs more [N m]: what the model itself is not known to.
-
-    Returns
-    -------
-    Estimate
-        Values, their covariance and what is not determined.
-
+    ``x`` (n, 6, p): regressor; ``y`` (n, 6): what it is to explain; ``known`` (n, 6): which of
+    them count; ``block`` (n,): number of the block that each window belongs to; ``floor``:
+    residual under which no joint weighs more [N m]: what the model itself is not known to.
     """
     scale = np.sqrt(np.mean(y**2)) + 1e-12
     weight = known / np.sqrt(_mean_square(y, known) + 1e-6 * scale**2 + floor**2)

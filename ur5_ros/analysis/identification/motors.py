@@ -89,26 +89,9 @@ def motors_from(
     """
     Fit current = (torque + friction) / drive, joint by joint.
 
-    Parameters
-    ----------
-    effort, current : numpy.ndarray, shape (n, 6)
-        Torque without friction [N m] and current [A] of the windows.
-    features : numpy.ndarray, shape (n, 6, 9)
-        Of friction.
-    sliding : numpy.ndarray, shape (n, 6)
-        Where friction has a direction.
-    block : numpy.ndarray, shape (n,)
-        Blocks of neighbours.
-    test : tuple
-        Effort, current and features of the run that the result is tried on.
-    test_run : str
-        Its name.
-
-    Returns
-    -------
-    Motors or None
-        None where no currents are recorded.
-
+    ``effort``, ``current`` (n, 6): torque without friction [N m] and current [A] of the windows;
+    ``features`` (n, 6, 9): of friction; ``sliding`` (n, 6): where friction has a direction;
+    ``block`` (n,): blocks of neighbours.  Returned: None where no currents are recorded.
     """
     if np.isnan(current).all() or np.isnan(test[1]).all():
         return None

@@ -59,19 +59,9 @@ def payload_from(
     """
     Return the load that explains what the arm alone does not.
 
-    Parameters
-    ----------
-    rows : Rows
-        Windows of the run with the load.
-    expected : numpy.ndarray, shape (n, 6)
-        Torque of the arm without it, friction included where the torque has it [N m].
-    features : numpy.ndarray, shape (n, 6, 9)
-        Features of friction.
-    motors : Motors, optional
-        Drives and friction of the arm without the load; the current is then used.
-    run : str
-        Name of the run.
-
+    ``expected`` (n, 6): torque of the arm without it, friction included where the torque has it [N
+    m]; ``features`` (n, 6, 9): features of friction; ``motors``: drives and friction of the arm
+    without the load; the current is then used.
     """
     load = rows.inertial[:, :, 50:60]
     if motors is None:

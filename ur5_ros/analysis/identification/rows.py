@@ -62,14 +62,8 @@ def rows_of(runs: Sequence[Run], arm: ArmParameters) -> Rows:
     Return the windows of runs.
 
     The regressor is linear in the parameters, so a window of it times the parameters is the same
-    window of the torque, without bias (parallel filtering, Gautier 1997): a Hann window takes
-    away noise of the accelerations above 1/:data:`WINDOW` Hz.
-
-    Raises
-    ------
-    InputError
-        If torques are not recorded, or no window fits between the gaps.
-
+    window of the torque, without bias (parallel filtering, Gautier 1997): a Hann window takes away
+    noise of the accelerations above 1/:data:`WINDOW` Hz.
     """
     parts: list[Rows] = []
     for number, run in enumerate(runs):

@@ -49,19 +49,6 @@ def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
     States as published are used, never the exact ones beside them.  Where the bag says how the
     plant steps, each quantity is taken at the time at which the plant used it; elsewhere in the
     middle of the period.
-
-    Parameters
-    ----------
-    run : Run
-        The recording.
-    arm : ArmParameters
-        Its angle offset is added.
-
-    Raises
-    ------
-    InputError
-        If no torque is recorded, or too few states follow each other.
-
     """
     if np.isnan(run.states.effort).all():
         only = ('motor currents alone are recorded; torques are needed beside them, such as the '

@@ -15,21 +15,9 @@ def trial_errors(found: Excitation, arm: ArmParameters, seed: int = 0):
     """
     Return the standard errors and the errors of a fit to a noisy recording of the motion.
 
-    Parameters
-    ----------
-    found : Excitation
-        The motion; the torque has its white noise, and no friction.
-    arm : ArmParameters
-        The arm that moves.
-    seed : int
-        Of the noise.
-
-    Returns
-    -------
-    error, away : numpy.ndarray, shape (p,)
-        Standard errors that the fit gives, and how far its values are from the truth; in the
-        order of ``found.names``.
-
+    ``found``: the motion; the torque has its white noise, and no friction.  Returned: ``error``,
+    ``away`` (p,): standard errors that the fit gives, and how far its values are from the truth;
+    in the order of ``found.names``.
     """
     t = np.arange(0.0, found.experiment.duration, 1.0 / NOISE_RATE)
     motion = joint_waves(t, found.experiment)

@@ -25,18 +25,9 @@ def html_document(
 
     Its policy lets its own script run, and what that script unpacks; nothing is loaded.
 
-    Parameters
-    ----------
-    title : str
-        Plain text.
-    body : str
-        Markup; texts in it have gone through :func:`markup`.
-    figures : sequence of dict
-        ``key``, ``x``, ``y`` (titles of the axes), ``log``, ``traces`` as Plotly has them; drawn
-        into the element ``plot-KEY`` of the body.
-    marks : sequence of dict
-        ``t`` [s] and ``text`` of lines in every figure over time.
-
+    ``body``: markup; texts in it have gone through :func:`markup`; ``figures``: ``key``, ``x``,
+    ``y`` (titles of the axes), ``log``, ``traces`` as Plotly has them; drawn into the element
+    ``plot-KEY`` of the body; ``marks``: ``t`` [s] and ``text`` of lines in every figure over time.
     """
     policy = ("default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; script-src "
               f"'sha256-{_digest(SCRIPT)}' blob:")

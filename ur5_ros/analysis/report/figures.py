@@ -16,15 +16,7 @@ PIECES = 360
 
 
 def figures(result: Result) -> list[Figure]:
-    """
-    Return every figure that the result has the series for, in the order of the report.
-
-    Parameters
-    ----------
-    result : Result
-        What :func:`ur5_ros.analysis.validate.validate` found.
-
-    """
+    """Return every figure that the result has the series for, in the order of the report."""
     series = result.series
     if 'run' not in series:
         return []
@@ -57,17 +49,8 @@ def curve(t, values, name: str, colour: str, dash: str = 'solid', width: float =
     """
     Return a curve, thinned to its envelope.
 
-    Parameters
-    ----------
-    t, values : numpy.ndarray, shape (n,)
-        Abscissa and ordinate; NaN makes a gap.
-    name, colour : str
-        For the legend.
-    dash : str
-        ``solid``, ``dash`` or ``dot``.
-    width : float
-        Of the line [px].
-
+    ``t``, ``values`` (n,): abscissa and ordinate; NaN makes a gap; ``dash``: ``solid``, ``dash``
+    or ``dot``; ``width``: of the line [px].
     """
     rows = envelope(np.asarray(values, dtype=float))
     return {'type': 'scatter', 'mode': 'lines', 'name': name, 'x': packed(t[rows]),

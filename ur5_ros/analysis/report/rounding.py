@@ -17,14 +17,8 @@ def without_rounding(figure: Figure) -> Figure:
     """
     Return a figure without what is rounding alone.
 
-    Where all curves are below the resolution of their unit, a sentence stands in their place; on
-    a logarithmic axis values below it become gaps.
-
-    Parameters
-    ----------
-    figure : Figure
-        A figure whose vertical axis names its unit.
-
+    Where all curves are below the resolution of their unit, a sentence stands in their place; on a
+    logarithmic axis values below it become gaps.
     """
     unit = re.search(r'\[([^],]+)', figure.y)
     smallest = RESOLUTION.get(unit[1], 0.0) if unit else 0.0

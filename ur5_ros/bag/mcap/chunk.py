@@ -50,15 +50,7 @@ class PackedChunk(NamedTuple):
 
 
 def cut(messages: Sequence[Message], size: int = CHUNK_SIZE) -> Iterator[Sequence[Message]]:
-    """
-    Yield runs of messages of at most ``size`` bytes, or of one message that is larger.
-
-    Raises
-    ------
-    OverflowError
-        At a message that is larger than MAX_MESSAGE.
-
-    """
+    """Yield runs of messages of at most ``size`` bytes, or of one message that is larger."""
     ends = np.cumsum([len(message[3]) + MESSAGE.size for message in messages])
     begin = used = 0
     while begin < len(messages):
@@ -71,22 +63,7 @@ def cut(messages: Sequence[Message], size: int = CHUNK_SIZE) -> Iterator[Sequenc
 
 
 def pack_chunk(definitions: bytes, messages: Sequence[Message]) -> PackedChunk:
-    """
-    Return messages as an LZ4 chunk with CRC, and their index.
-
-    Parameters
-    ----------
-    definitions : bytes
-        Schema and channel records that stand in front of the messages.
-    messages : sequence of (channel, log time, publish time, data)
-        At least one.
-
-    Raises
-    ------
-    struct.error, TypeError
-        If a time, a channel or the data of a message is not what it must be.
-
-    """
+    """Return messages as an LZ4 chunk with CRC, and their index."""
     channels, log_times, publish_times, data = zip(*messages, strict=True)
     lengths = list(map(len, data))
     parts = [b''] * (2 * len(data))
@@ -121,22 +98,7 @@ def decompress(compression: str, data: memoryview, size: int, source: str) -> by
     """
     Return the content of a chunk, never allocating more than it says and than is allowed.
 
-    Parameters
-    ----------
-    compression : str
-        ``''``, ``'lz4'`` or ``'zstd'``.
-    data : bytes
-        What stands in the file.
-    size : int
-        Size that the chunk claims to have.
-    source : str
-        What to call it in messages.
-
-    Raises
-    ------
-    BagError
-        If it is of another size than it says, or cannot be decompressed.
-
+    ``compression``: ``''``, ``'lz4'`` or ``'zstd'``.
     """
     try:
         if compression == 'lz4':
@@ -161,22 +123,8 @@ def open_chunk(content: bytes | memoryview, source: str, limit: int = MAX_RECORD
     """
     Return what a chunk holds: whole records of messages, schemas and channels.
 
-    Parameters
-    ----------
-    content : bytes
-        The chunk record without opcode and length.
-    source : str
-        What to call it in messages.
-    limit : int
-        Largest size that it may have [bytes].
-    check : bool
-        Compare with the CRC; not needed where another one has proved the file.
-
-    Raises
-    ------
-    BagError
-        If it is damaged, too large or differs from its CRC; a CRC of zero means none was kept.
-
+    ``limit``: largest size that it may have [bytes]; ``check``: compare with the CRC; not needed
+    where another one has proved the file.
     """
     at = _CHUNK_HEAD.size
     if len(content) < at + 12:

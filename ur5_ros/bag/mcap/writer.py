@@ -89,15 +89,7 @@ class McapWriter:
         self._write(data)
 
     def write(self, messages: Sequence[Message]) -> PackedChunk:
-        """
-        Write one chunk of messages of announced channels.
-
-        Raises
-        ------
-        struct.error, TypeError, KeyError
-            If a message is malformed; nothing has been written then.
-
-        """
+        """Write one chunk of messages of announced channels."""
         chunk = pack_chunk(self._new, messages)
         for channel in chunk.counts:
             self._channels[channel]

@@ -57,30 +57,12 @@ def _show_next(out: terminal.Console, result: Result, html: Path | None) -> None
 
 
 def judge(run: Path) -> Result:
-    """
-    Return the result of a run folder.
-
-    Parameters
-    ----------
-    run : Path
-        Run folder, or a bag.
-
-    """
+    """Return the result of a run folder."""
     return validate_run(load_run(run), marks_of())
 
 
 def write(result: Result, json: Path | None, html: Path | None, junit: Path | None) -> None:
-    """
-    Write a result to those of the files that are asked for; folders are made.
-
-    Parameters
-    ----------
-    result : Result
-        What was found.
-    json, html, junit : pathlib.Path or None
-        Where to, in which form.
-
-    """
+    """Write a result to those of the files that are asked for; folders are made."""
     for path in (json, html, junit):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -49,18 +49,9 @@ def calibrated_arm_text(calibration: Path, arm: str | None = None) -> tuple[str,
     """
     Return the text of an arm file with a calibration in it, and what was done in sentences.
 
-    Parameters
-    ----------
-    calibration : pathlib.Path
-        YAML file of ur_calibration: ``kinematics`` with x, y, z, roll, pitch and yaw of six links.
-    arm : str, optional
-        The arm that was calibrated; by default the known one that it is nearest to.
-
-    Raises
-    ------
-    InputError
-        If the file is no calibration, or of another arm.
-
+    ``calibration``: YAML file of ur_calibration: ``kinematics`` with x, y, z, roll, pitch and yaw
+    of six links; ``arm``: the arm that was calibrated; by default the known one that it is nearest
+    to.
     """
     found = validate(_File, read_yaml(calibration), str(calibration)).kinematics
     joints = [getattr(found, link) for link in LINKS]

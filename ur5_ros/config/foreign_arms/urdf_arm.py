@@ -27,19 +27,9 @@ def arm_of_urdf(path: Path, name: str | None = None) -> ArmParameters:
     """
     Return the arm that a URDF describes.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        URDF with six revolute joints, axes 2 to 4 parallel and the others perpendicular, as the
-        robots of the UR family have them; a xacro file is to be expanded before.
-    name : str, optional
-        Name of the arm; that of the robot by default.
-
-    Raises
-    ------
-    InputError
-        If it is no URDF, or of another kind of robot.
-
+    ``path``: URDF with six revolute joints, axes 2 to 4 parallel and the others perpendicular, as
+    the robots of the UR family have them; a xacro file is to be expanded before; ``name``: name of
+    the arm; that of the robot by default.
     """
     robot = parse_urdf(path)
     chain = six_joints(robot, path)

@@ -53,22 +53,7 @@ def cartesian_impedance(state: ArmState, reference: Reference, arm: ArmParameter
     :math:`M_x \ddot e + D \dot e + K e = w + M_x \Lambda^{-1} w_c`: shaping the inertia leaves
     the stiffness felt at rest changed, as w_c is not measured (Hogan 1985; Ott 2008, chapter 3).
 
-    Parameters
-    ----------
-    state : ArmState
-        Measured state.
-    reference : Reference
-        What to follow, in joints.
-    arm : ArmParameters
-        The arm that the law assumes.
-    impedance : Impedance
-        Stiffness, damping, inertia, desired wrench.
-
-    Returns
-    -------
-    Torque
-        ``feedback`` is what impedance and desired wrench take [N m].
-
+    Returned: ``feedback`` is what impedance and desired wrench take [N m].
     """
     torque, inverse, work = np.empty((5, 6)), np.empty((6, 6)), np.empty((kernel.WORK, 6))
     constants = np.concatenate([arm.constants, arm.angle_offset])
@@ -137,15 +122,7 @@ class CartesianImpedance(Law):
 
 
 def impedance_from(parameters: ControlParameters, wrench: np.ndarray) -> Impedance:
-    """
-    Return the impedance that the parameters describe, and a desired wrench [N], [N m] in base.
-
-    Raises
-    ------
-    InputError
-        If stiffness, damping or inertia are not symmetric and positive definite.
-
-    """
+    """Return the impedance of the parameters, with a desired wrench [N], [N m] in base."""
     given = parameters.impedance_inertia
     return Impedance(
         definite_matrix('impedance.stiffness', parameters.impedance_stiffness),
@@ -159,12 +136,6 @@ def check_sampled_impedance(impedance: Impedance, arm: ArmParameters, control_ra
     Refuse an impedance that shakes the arm when its torque is held for a control period.
 
     Judged where the arm stands in ``HOME``, as for the joint laws.
-
-    Raises
-    ------
-    InputError
-        Naming the direction in which it is least stable.
-
     """
     home = np.array(HOME) + arm.angle_offset
     J, M = jacobian(home, arm), dynamics_terms(home, np.zeros(6), arm)[0]

@@ -15,16 +15,7 @@ class CheckedLaw:
     """
     A law as the controller calls it; see :class:`ur5_ros.control.computed_torque.TorqueLaw`.
 
-    Parameters
-    ----------
-    law : Law
-        What gives the torque.
-    arm : ArmParameters
-        The model that the law uses, with its limits.
-    gravity_excluded : bool
-        Whether the robot adds g(q) itself: the total is then without it.
-    max_state_jump : float
-        Largest distance of a joint between two states [rad].
+    ``max_state_jump``: largest distance of a joint between two states [rad].
 
     """
 

@@ -11,15 +11,8 @@ def remaining_disturbance(disturbance: np.ndarray, gain: float, time: float) -> 
     """
     Return what is left of a constant disturbance some time after it began [N m].
 
-    Parameters
-    ----------
-    disturbance : numpy.ndarray, shape (6,)
-        Joint torque that the model lacks [N m].
-    gain : float
-        ``observer_gain`` [1/s].
-    time : float
-        Since it began [s].
-
+    ``disturbance`` (6,): joint torque that the model lacks [N m]; ``gain``: ``observer_gain``
+    [1/s]; ``time``: since it began [s].
     """
     return disturbance * np.exp(-gain * time)
 
@@ -31,11 +24,6 @@ class DisturbanceObserver(Law):
     De Luca and Mattone 2003: :math:`\dot{\hat d} = K (\dot p - \tau - C^T \dot q + g - \hat d)`
     with the torque that the states report.  Promise: an error of the model that stays constant is
     gone after some 1 / K; at rest no position error is left.
-
-    Parameters
-    ----------
-    law : Law
-        What the observer corrects.
 
     """
 

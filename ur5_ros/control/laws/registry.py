@@ -40,19 +40,7 @@ def is_compiled(parameters: ControlParameters) -> bool:
 
 def make_law(parameters: ControlParameters, arm: ArmParameters,
              gains: Gains) -> TorqueLaw | CheckedLaw:
-    """
-    Return the law that the parameters describe, with the checks of state and torque.
-
-    Parameters
-    ----------
-    parameters : ControlParameters
-        All of them, checked.
-    arm : ArmParameters
-        The law's arm.
-    gains : Gains
-        KP, KD.
-
-    """
+    """Return the law that the parameters describe, with the checks of state and torque."""
     excluded = parameters.effort_convention == 'gravity_excluded'
     if is_compiled(parameters):
         return TorqueLaw(parameters.mode, arm, gains, excluded, parameters.max_state_jump)

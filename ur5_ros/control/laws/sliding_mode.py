@@ -18,20 +18,9 @@ def layer_width(gains: Gains, boundary_layer: np.ndarray,
     Inside the layer :math:`\dot s = -K_D s + d`, so that :math:`|s_i| \le D_i / k_i` once what
     was at the start has died out, and :math:`|e_i| \le |s_i| / \lambda_i`.
 
-    Parameters
-    ----------
-    gains : Gains
-        KP, KD, diagonal.
-    boundary_layer : numpy.ndarray, shape (6,)
-        Phi [rad/s].
-    disturbance : numpy.ndarray, shape (6,)
-        Largest |d| = |M^-1 (torque that the model lacks)| [rad/s^2].
-
-    Returns
-    -------
-    tuple of numpy.ndarray, shapes (6,), (6,)
-        Infinite where the disturbance exceeds what the law pushes with, KD Phi.
-
+    ``boundary_layer`` (6,): phi [rad/s]; ``disturbance`` (6,): largest |d| = |M^-1 (torque that
+    the model lacks)| [rad/s^2].  Returned: infinite where the disturbance exceeds what the law
+    pushes with, KD Phi, (6,), (6,).
     """
     kp, kd = np.diag(gains.kp), np.diag(gains.kd)
     s = np.where(disturbance < kd * boundary_layer, disturbance / kd, np.inf)

@@ -61,20 +61,8 @@ def error_energy(state: ArmState, reference: Reference, arm: ArmParameters,
     r"""
     Return :math:`V = \frac12 s^T M s` [J], which the law makes fall.
 
-    With an exact model :math:`\dot V = -s^T K s`, K = KD^1/2 M KD^1/2: for KD = k I,
-    V(t) = V(0) exp(-2 k t).
-
-    Parameters
-    ----------
-    state : ArmState
-        Exact state.
-    reference : Reference
-        What is followed.
-    arm : ArmParameters
-        The arm as it is.
-    gains : Gains
-        KP, KD.
-
+    With an exact model :math:`\dot V = -s^T K s`, K = KD^1/2 M KD^1/2: for KD = k I, V(t) = V(0)
+    exp(-2 k t).
     """
     s = sliding_variable(state, reference, error_bandwidth(gains)).s
     return float(0.5 * s @ model_terms(state, arm)[0] @ s)

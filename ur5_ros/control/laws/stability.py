@@ -18,24 +18,7 @@ def check_sampled(mode: str, gains: Gains, weighed: bool, arm: ArmParameters,
     A torque held for a period h takes more than the speed it should brake when
     h Kd / M > 2: soon so on a wrist without rotor inertia, in the modes that do not weigh by M.
 
-    Parameters
-    ----------
-    mode : str
-        The law.
-    gains : Gains
-        Its gains.
-    weighed : bool
-        Whether the law weighs them by M.
-    arm : ArmParameters
-        The law's arm.
-    control_rate : int
-        Control periods a second [Hz].
-
-    Raises
-    ------
-    InputError
-        Naming the joint and, in the modes without M, the largest damping that it stands.
-
+    ``control_rate``: control periods a second [Hz].
     """
     if weighed:
         radius = sampled_radius(gains, None, 1.0 / control_rate)
@@ -64,24 +47,8 @@ def check_integral(mode: str, gains: Gains, ki: np.ndarray, inertia: np.ndarray,
     """
     Refuse an integral gain with which M e'' + Kd e' + Kp e + Ki int e = 0 is not stable.
 
-    Parameters
-    ----------
-    mode : str
-        The law.
-    gains : Gains
-        Its gains.
-    ki : numpy.ndarray, shape (6, 6)
-        Integral gain.
-    inertia : numpy.ndarray, shape (6, 6)
-        M where the law does not weigh by it; the unit matrix where it does.
-    control_rate : int
-        Control periods a second [Hz].
-
-    Raises
-    ------
-    InputError
-        If the equation is not stable, in continuous time or sampled.
-
+    ``ki`` (6, 6): integral gain; ``inertia`` (6, 6): M where the law does not weigh by it; the
+    unit matrix where it does; ``control_rate``: control periods a second [Hz].
     """
     slowest = float(np.linalg.eigvals(_companion(gains, ki, inertia)).real.max())
     if slowest >= 0.0:

@@ -15,17 +15,8 @@ def steady_state_error(q: np.ndarray, arm: ArmParameters, gains: Gains,
     The spring carries the gravity that the law does not know: :math:`K_P e = \hat g - g` at the
     positions that are reached.
 
-    Parameters
-    ----------
-    q : numpy.ndarray, shape (6,)
-        Positions reached [rad].
-    arm : ArmParameters
-        The arm as it is.
-    gains : Gains
-        KP [N m/rad].
-    law_arm : ArmParameters, optional
-        The arm of a law that adds g(q); ``pd`` adds none.
-
+    ``q`` (6,): positions reached [rad]; ``gains``: KP [N m/rad]; ``law_arm``: the arm of a law
+    that adds g(q); ``pd`` adds none.
     """
     known = 0.0 if law_arm is None else gravity_torque(q + law_arm.angle_offset, law_arm)
     return np.linalg.solve(gains.kp, known - gravity_torque(q + arm.angle_offset, arm))

@@ -13,15 +13,7 @@ from ur5_ros.model.parameters import ArmParameters
 
 
 def finite_array(name: str, value: Any, tail: tuple[int, ...]) -> np.ndarray:
-    """
-    Return ``value`` as a C-contiguous float64 array of shape (..., *tail).
-
-    Raises
-    ------
-    InputError
-        If it holds no real numbers, has another shape, or a number is not finite.
-
-    """
+    """Return ``value`` as a C-contiguous float64 array of shape (..., *tail)."""
     shape = '(' + ', '.join(['...', *map(str, tail)]) + ')'
     try:
         array = np.asarray(value)
@@ -43,21 +35,9 @@ def state_function(kernel: Kernel, names: Sequence[str], *tails: tuple[int, ...]
     """
     Return the function of an arm and joint vectors that a kernel computes.
 
-    Parameters
-    ----------
-    kernel : Kernel
-        Takes each argument and the constants of the arm, then the outputs.
-    names : sequence of str
-        The arguments, each of shape (..., 6).
-    *tails : tuple of int
-        Shape of each output for one state.
-
-    Returns
-    -------
-    callable
-        Takes an arm and the arguments; returns an array of shape (..., *tail), a list of them
-        where there are several outputs.  Its errors name the argument.
-
+    ``names``: the arguments, each of shape (..., 6).  Returned: takes an arm and the arguments;
+    returns an array of shape (..., *tail), a list of them where there are several outputs.  Its
+    errors name the argument.
     """
     tail = tails[0]
 

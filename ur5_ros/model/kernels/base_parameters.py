@@ -22,16 +22,7 @@ def pack(arm) -> np.ndarray:
     link before it; nothing changes, and the links 2 to 6 are left with seven numbers each and
     no mass (the regrouping of Gautier and Khalil 1990).
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm, payload included.
-
-    Returns
-    -------
-    numpy.ndarray, shape (SIZE,)
-        Laid out as the constants of this module say.
-
+    Returned: laid out as the constants of this module say, (SIZE,).
     """
     bodies = [_pseudo_inertia(m, c, tensor) for m, c, tensor in zip(*arm.bodies, strict=True)]
     # from the distal frame of link i (standard DH) to the frame that only turns with joint i:

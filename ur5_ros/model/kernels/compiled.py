@@ -77,20 +77,8 @@ class Kernel:
         """
         Apply the kernel to ``count`` states, on all processors if they are many.
 
-        Parameters
-        ----------
-        count : int
-            Number of states.
-        inputs, outputs : sequence of numpy.ndarray
-            C-contiguous arrays whose first axis is a multiple of ``count`` long.
-        shared : sequence
-            Arguments between inputs and outputs that all states share.
-
-        Returns
-        -------
-        int
-            The largest code that the kernel returned; 0 where all went well.
-
+        ``inputs``, ``outputs``: C-contiguous arrays whose first axis is a multiple of ``count``
+        long.  Returned: the largest code that the kernel returned; 0 where all went well.
         """
         if count < LARGE:
             self.prepare()
@@ -191,11 +179,7 @@ def limit_threads(number: int) -> None:
     For a process that is one of several at work, as many as there are processors; the results
     do not depend on it.
 
-    Parameters
-    ----------
-    number : int
-        Threads; 0 = as many as there are processors, the default.
-
+    ``number``: threads; 0 = as many as there are processors, the default.
     """
     global _most_threads
     _most_threads = number

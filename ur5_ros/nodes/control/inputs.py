@@ -14,21 +14,7 @@ from ur5_ros.nodes.ros.topics import Topics
 
 
 class ControlInputs:
-    """
-    The subscriptions for targets.
-
-    Parameters
-    ----------
-    topics : Topics
-        Through which they are subscribed and recorded.
-    recording : Recording
-        The bag.
-    cycle : Answering
-        Holds the controller, which judges them.
-    parameters : ControlParameters
-        Of the node.
-
-    """
+    """The subscriptions for targets."""
 
     def __init__(
         self, topics: Topics, recording: Recording, cycle: ControlCycle,

@@ -51,19 +51,7 @@ NAMING_TIME = 5.0
 
 
 class ControlNode:
-    """
-    The controller on its topics.
-
-    Parameters
-    ----------
-    files : list of pathlib.Path
-        Parameter files of the command line.
-    stop : StopRequest
-        Asks it to end.
-    loop, elsewhere
-        As for the simulator.
-
-    """
+    """The controller on its topics."""
 
     def __init__(
         self, files: list[Path], stop: StopRequest,

@@ -12,22 +12,7 @@ from ur5_ros.nodes.ros.parameters import serve
 
 
 def offer_services(node: Node, control: Any) -> TrajectoryAction | None:
-    """
-    Offer ``~/start_experiment``, ``~/hold``, the parameters and, if it can be, the action.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    control : Steering
-        Whose loop does what is asked.
-
-    Returns
-    -------
-    TrajectoryAction or None
-        The action, if it is offered.
-
-    """
+    """Offer ``~/start_experiment``, ``~/hold``, the parameters and, if it can be, the action."""
     def start(request: Any) -> str:
         # the controller may be another one by the time that the loop gets to it
         control.requests.call(lambda: control.cycle.controller.start_experiment())

@@ -28,18 +28,7 @@ class ControlOutputs:
     """
     The publishers of the controller.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    topics : Topics
-        Through which everything is sent and recorded.
-    recording : Recording
-        The bag.
-    parameters : ControlParameters
-        Of the node.
-    arm_name : str
-        ``hardware_id`` of the diagnostics.
+    ``arm_name``: ``hardware_id`` of the diagnostics.
 
     """
 
@@ -77,15 +66,8 @@ class ControlOutputs:
         """
         Send the answer to a state; send and record what it was made of.
 
-        Parameters
-        ----------
-        stamp : int
-            Of the state [ns].
-        parts : numpy.ndarray, shape (5, 6)
-            Command and parts, as :class:`ur5_ros.signals.Torque` names the rows [N m].
-        reference : Reference
-            What the state should have been.
-
+        ``stamp``: of the state [ns]; ``parts`` (5, 6): command and parts, as
+        :class:`ur5_ros.signals.Torque` names the rows [N m].
         """
         when, torque = encode_stamp(stamp), parts.tobytes()
         write = self._recording.write
@@ -113,15 +95,8 @@ class ControlOutputs:
         """
         Send what can be derived from the rest, for display.
 
-        Parameters
-        ----------
-        state : ArmState
-            Where the arm is.
-        reference : Reference
-            Where it should be.
-        tool, desired : tuple
-            Position (3,) [m] and quaternion (4,) as x, y, z, w of tool0 in base, at both.
-
+        ``tool``, ``desired``: position (3,) [m] and quaternion (4,) as x, y, z, w of tool0 in
+        base, at both.
         """
         self._publish_parts(self._last_parts)
         self._send_error(self._error.encode(

@@ -25,18 +25,7 @@ def offer_trajectory_action(node: Node, control: Any) -> 'TrajectoryAction | Non
     """
     Offer ``~/follow_joint_trajectory`` if control_msgs can be imported; log a line if not.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    control : ControlNode
-        Whose controller follows.
-
-    Returns
-    -------
-    TrajectoryAction or None
-        None without control_msgs.
-
+    Returned: None without control_msgs.
     """
     try:
         from control_msgs.action import FollowJointTrajectory
@@ -48,25 +37,7 @@ def offer_trajectory_action(node: Node, control: Any) -> 'TrajectoryAction | Non
 
 
 def goal_arguments(goal: Any) -> dict[str, Any]:
-    """
-    Return a FollowJointTrajectory goal as ``Controller.follow_joint_trajectory`` takes it.
-
-    Parameters
-    ----------
-    goal : control_msgs.action.FollowJointTrajectory.Goal
-        The goal.
-
-    Returns
-    -------
-    dict
-        Keyword arguments.
-
-    Raises
-    ------
-    InputError
-        If it has joints of several degrees of freedom, of which the arm has none.
-
-    """
+    """Return a FollowJointTrajectory goal as ``Controller.follow_joint_trajectory`` takes it."""
     if (goal.multi_dof_trajectory.joint_names or goal.component_path_tolerance
             or goal.component_goal_tolerance):
         raise InputError('the goal has joints of several degrees of freedom; leave '
@@ -86,19 +57,7 @@ def goal_arguments(goal: Any) -> dict[str, Any]:
 
 
 class TrajectoryAction:
-    """
-    Goals handed to the controller, results handed back; nothing here waits.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    control : ControlNode
-        Whose controller follows.
-    action_type : type
-        control_msgs.action.FollowJointTrajectory.
-
-    """
+    """Goals handed to the controller, results handed back; nothing here waits."""
 
     def __init__(self, node: Node, control: Any, action_type: Any) -> None:
         from rclpy.action import ActionServer, CancelResponse, GoalResponse  # used here alone

@@ -24,15 +24,7 @@ REQUESTS = QoSProfile(depth=100)
 
 
 class LoopRequests:
-    """
-    Work that other threads want done by the loop, between two periods.
-
-    Parameters
-    ----------
-    wake : callable
-        Ends the loop's wait early.
-
-    """
+    """Work that other threads want done by the loop, between two periods."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self._wake = wake
@@ -44,16 +36,7 @@ class LoopRequests:
         return bool(self._waiting)
 
     def call(self, work: Callable[[], Any]) -> Any:
-        """
-        Have the loop do ``work`` and return what it returns.
-
-        Raises
-        ------
-        InputError
-            If the work is refused, or the loop does not begin it within
-            :data:`REQUEST_TIMEOUT`; it is then not done later either.
-
-        """
+        """Have the loop do ``work`` and return what it returns."""
         if threading.get_ident() == self._loop_thread:
             return work()
         request = _Request(work)
@@ -107,15 +90,7 @@ class _Request:
 
 
 class BackgroundExecutor:
-    """
-    An ordinary executor in a second thread.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node whose services, parameters and timers are served.
-
-    """
+    """An ordinary executor in a second thread."""
 
     def __init__(self, node: Node) -> None:
         self._executor = SingleThreadedExecutor(context=node.context)
@@ -166,17 +141,8 @@ def add_service(
     """
     Serve ``success`` and ``message`` of std_srvs: what ``answer`` returns, or why it refused.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node that offers it.
-    service_type : type
-        ``std_srvs.srv.Trigger`` or ``SetBool``.
-    name : str
-        Such as ``~/pause``.
-    answer : callable
-        Gets the request, returns the message of a success; raises InputError.
-
+    ``service_type``: ``std_srvs.srv.Trigger`` or ``SetBool``; ``name``: such as ``~/pause``;
+    ``answer``: gets the request, returns the message of a success; raises InputError.
     """
     def handle(request: Any, response: Any) -> Any:
         try:

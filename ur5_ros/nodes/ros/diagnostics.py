@@ -49,12 +49,7 @@ class Refusals:
     """
     Counts what was refused, by topic and kind, and reports them in words now and then.
 
-    Parameters
-    ----------
-    warn : callable
-        Logs a line.
-    report : callable
-        ``report(topic, reason, count)`` is called with every line.
+    ``report``: ``report(topic, reason, count)`` is called with every line.
 
     """
 
@@ -76,19 +71,7 @@ class Refusals:
         return sum(self.counts.values())
 
     def add(self, topic: str, kind: str, reason: str) -> None:
-        """
-        Count a refusal.
-
-        Parameters
-        ----------
-        topic : str
-            Where it came from.
-        kind : str
-            One of few words, the key of the counter.
-        reason : str
-            One line: the value, the limit, the way out.
-
-        """
+        """Count a refusal."""
         key = f'{topic}: {kind}'
         self.last = f'{topic}: {reason}'
         count = self.counts[key] = self.counts.get(key, 0) + 1
@@ -101,10 +84,7 @@ class EverySecond:
     """
     Knows when the next report is due, on the steady clock.
 
-    Parameters
-    ----------
-    period : float
-        Wall time [s].
+    ``period``: wall time [s].
 
     """
 

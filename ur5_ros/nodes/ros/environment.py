@@ -33,11 +33,7 @@ def require_environment(arguments: Sequence[str] | None = None) -> None:
     """
     End this process in one line if :func:`check_environment` refuses its environment.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Command line, program name first; ``sys.argv`` by default.
-
+    ``arguments``: command line, program name first; ``sys.argv`` by default.
     """
     try:
         check_environment()
@@ -59,18 +55,7 @@ def check_environment(environment: Mapping[str, str] | None = None) -> None:
     To be called before rclpy is imported: its library ends the process by itself where
     ``RMW_IMPLEMENTATION`` names something else than it finds.
 
-    Parameters
-    ----------
-    environment : mapping, optional
-        Variables to judge; the process's own by default.
-
-    Raises
-    ------
-    InputError
-        If the domain id is none, security is asked for in the mode that falls back to none, the
-        network profile cannot be read (all interfaces would be open), the middleware is not
-        there, a name of a peer is none, or a word is none of those that there are.
-
+    ``environment``: variables to judge; the process's own by default.
     """
     env = os.environ if environment is None else environment
     domain = env.get('ROS_DOMAIN_ID', '')

@@ -20,11 +20,6 @@ class ExecutorLoop:
 
     One executor in the loop's own thread takes messages, as objects, and serves the services.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node that owns everything.
-
     """
 
     def __init__(self, node: Node) -> None:

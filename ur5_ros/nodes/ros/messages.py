@@ -39,15 +39,7 @@ def message_class(type_name: str) -> type:
 
 
 def read_message(type_name: str, data: bytes) -> dict[str, Any]:
-    """
-    Return the fields of a message that is not too large.
-
-    Raises
-    ------
-    InputError
-        If it is, or if its bytes are damaged.
-
-    """
+    """Return the fields of a message that is not too large."""
     if len(data) > MOST_BYTES[type_name]:
         raise InputError(f'{len(data)} bytes; at most {MOST_BYTES[type_name]} are read')
     return decode(type_name, data)
@@ -59,15 +51,7 @@ def stamp_of(header: dict[str, Any]) -> int:
 
 
 class EffortReader:
-    """
-    Commands as JointState: ``name`` and ``effort``; position and velocity are not looked at.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Joint names in joint order.
-
-    """
+    """Commands as JointState: ``name`` and ``effort``; position and velocity are not looked at."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)
@@ -80,12 +64,6 @@ class EffortReader:
         Return the stamp [ns] of the state that a command answers, 0 if none, names and efforts.
 
         The names are None if they are ours in our order.
-
-        Raises
-        ------
-        InputError
-            If the message is damaged or too large.
-
         """
         for layout in self._layouts:
             if layout.matches(data):
@@ -96,15 +74,7 @@ class EffortReader:
 
 
 class StateReader:
-    """
-    States as JointState: ``name``, ``position``, ``velocity``, and ``effort`` where there is one.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Joint names in joint order.
-
-    """
+    """States as JointState: names, positions, velocities, and efforts where there are."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self._names = tuple(names)
@@ -113,15 +83,7 @@ class StateReader:
         self.matches = self.layout.matches
 
     def read(self, data: bytes) -> ArmState:
-        """
-        Return the state; its numbers are validated by the controller.
-
-        Raises
-        ------
-        InputError
-            If the message is damaged, too large, or lacks a joint, a position or a velocity.
-
-        """
+        """Return the state; its numbers are validated by the controller."""
         if self.layout.matches(data):
             return ArmState(*self.layout.decode(data))  # the controller asks whether it is finite
         message = read_message('sensor_msgs/msg/JointState', data)

@@ -21,24 +21,7 @@ _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 
 
 def declare(node: Node, record: type[Record], elsewhere: Collection[str] = ()) -> Record:
-    """
-    Declare parameters with ranges and return a checked value for each.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        A node that has declared none of them yet.
-    record : type
-        The record of the node's parameters.
-    elsewhere : collection of str
-        Names given to all nodes of the process that another one declares.
-
-    Raises
-    ------
-    InputError
-        If a given one is unknown or its value is refused.
-
-    """
+    """Declare parameters with ranges and return a checked value for each."""
     # rclpy has no public way to ask for the names of overrides that are not declared
     given = {name: _plain(override.value) for name, override in node._parameter_overrides.items()
              if name not in _OF_EVERY_NODE and not name.startswith('qos_overrides.')}
@@ -73,18 +56,7 @@ def serve(
 
     From here on what is not live is read-only; until then the start may set it.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node that declared them.
-    parameters : sequence of Parameter
-        The same as declared.
-    change : callable
-        Takes checked values by name into effect, all or none; raises InputError.
-    prepare : callable
-        Is called with the same before, in the thread that serves: compiles what they need, so
-        that the loop does not have to.
-
+    ``change``: takes checked values by name into effect, all or none; raises InputError.
     """
     known = {each.name: each for each in parameters}
 

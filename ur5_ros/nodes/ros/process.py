@@ -36,12 +36,6 @@ def pin_to_core(core: str) -> None:
     In lockstep only one of the two nodes works at a time, so that sharing a core saves the waking
     of another; paced runs are better off without.  Scheduled as a batch job, neither interrupts
     the other when a message wakes it: the sender first ends its period (sched(7), SCHED_BATCH).
-
-    Raises
-    ------
-    InputError
-        If there is no such core for this process.
-
     """
     allowed = os.sched_getaffinity(0)
     if not (core.isascii() and core.isdigit() and int(core) in allowed):
@@ -59,17 +53,10 @@ def run_node(
     """
     Run a node as this process, and exit.
 
-    Parameters
-    ----------
-    create : callable
-        Makes the node from its parameter files and the request to stop; the node has ``begin()``,
-        ``turn()``, which is called until the request has a reason, and ``end(reason)``, which
-        returns the exit code.
-    stop : StopRequest
-        Listens to the signals already.
-    arguments : sequence of str, optional
-        Command line, program name first; ``sys.argv`` by default.
-
+    ``create``: makes the node from its parameter files and the request to stop; the node has
+    ``begin()``, ``turn()``, which is called until the request has a reason, and ``end(reason)``,
+    which returns the exit code; ``arguments``: command line, program name first; ``sys.argv`` by
+    default.
     """
     arguments = sys.argv if arguments is None else arguments
     try:

@@ -19,13 +19,7 @@ def use_realtime(priority: int, logger: Any) -> None:
     also later ones, are scheduled as before.  Without the rights the node runs on
     with ordinary scheduling, and one line of the log names them.
 
-    Parameters
-    ----------
-    priority : int
-        1 to 99, the highest; 0 changes nothing.
-    logger
-        The node's logger.
-
+    ``priority``: 1 to 99, the highest; 0 changes nothing.
     """
     if not priority:
         return

@@ -22,14 +22,9 @@ class Recording:
     """
     A bag that is opened when the run has a name; what comes before waits in memory.
 
-    Parameters
-    ----------
-    where : str
-        The parameter ``bag``: ``'auto'``, a folder, or empty for no recording.
-    node : str
-        ``'sim'`` or ``'control'``.
-    max_duration, max_size : float, int
-        When a file is split [s], [bytes]; 0 = never.
+    ``where``: the parameter ``bag``: ``'auto'``, a folder, or empty for no recording; ``node``:
+    ``'sim'`` or ``'control'``; ``max_duration``, ``max_size``: when a file is split [s], [bytes];
+    0 = never.
 
     """
 
@@ -74,22 +69,7 @@ class Recording:
         return (self._writer.failure if self._writer else None) or self._failure
 
     def begin(self, run: str, description: Mapping[str, str]) -> None:
-        """
-        Open the bag and write what waits.
-
-        Parameters
-        ----------
-        run : str
-            Name of the run.
-        description : mapping of str to str
-            The bag's description.
-
-        Raises
-        ------
-        InputError
-            If the folder exists or cannot be made.
-
-        """
+        """Open the bag and write what waits."""
         if not self.where:
             return
         self._writer = BagWriter(self._new_folder(run), description, *self._split)
@@ -136,15 +116,7 @@ class Recording:
 
 
 def refuse_folder(where: str) -> None:
-    """
-    Refuse a folder for the bag that exists already.
-
-    Raises
-    ------
-    InputError
-        If it does.
-
-    """
+    """Refuse a folder for the bag that exists already."""
     if where not in (*NO_BAG, 'auto') and Path(where).expanduser().exists():
         raise InputError(f'bag folder {where} exists; give another one, or remove it')
 
@@ -154,12 +126,6 @@ def run_of(where: str, new_name: Callable[[], str]) -> str:
     Return the name of the run that a node begins.
 
     A folder ``<run>/sim`` or ``<run>/control`` names it; otherwise it gets a new name.
-
-    Raises
-    ------
-    InputError
-        If the folder exists.
-
     """
     if where in (*NO_BAG, 'auto'):
         return new_name()

@@ -16,11 +16,6 @@ class SharedLoop(WaitSetLoop):
     Fast DDS hands a message over inside a process before ``publish`` returns, so that a take finds
     what the other node has just sent.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        As for :class:`.wait_set_loop.WaitSetLoop`.
-
     """
 
     def __init__(self, node: Node) -> None:
@@ -30,20 +25,7 @@ class SharedLoop(WaitSetLoop):
         self._take_all_at = 0.0
 
     def wait(self, seconds: float) -> list[Message]:
-        """
-        Return the messages that are there; the wait itself is left to :class:`SharedWait`.
-
-        Parameters
-        ----------
-        seconds : float
-            How long the node could wait for messages.
-
-        Returns
-        -------
-        list of (int, bytes)
-            At most one message of each hot subscription, of all every :data:`HOT_POLL_PERIOD`.
-
-        """
+        """Return the messages that are there; the wait itself is left to :class:`SharedWait`."""
         now = time.monotonic()
         self.wake_at = now + seconds
         if now >= self._take_all_at:

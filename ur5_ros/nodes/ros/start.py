@@ -15,17 +15,9 @@ def execute(program: str, purpose: str, parameters: Sequence[str], node: str,
     """
     Run an executable: print its help, or be the node.
 
-    Parameters
-    ----------
-    program, purpose : str
-        As the help prints them.
-    parameters : sequence of str
-        Names of the declarations in ``config.parameters``.
-    node : str
-        ``module:class`` below ``ur5_ros.nodes``, imported after the signals are listened to.
-    arguments : sequence of str, optional
-        Command line, program name first; ``sys.argv`` by default.
-
+    ``parameters``: names of the declarations in ``config.parameters``; ``node``: ``module:class``
+    below ``ur5_ros.nodes``, imported after the signals are listened to; ``arguments``: command
+    line, program name first; ``sys.argv`` by default.
     """
     if asks_for_help(sys.argv if arguments is None else arguments):
         from ur5_ros.config import parameters as declared

@@ -16,21 +16,7 @@ Send = Callable[[bytes], None]
 
 
 class Topics:
-    """
-    The topics of a node, each recorded as it is sent or received.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    loop : WaitSetLoop or ExecutorLoop
-        Through which the messages go.
-    recording : Recording
-        What they are recorded into.
-    declared : iterable of Topic
-        All topics of the node.
-
-    """
+    """The topics of a node, each recorded as it is sent or received."""
 
     def __init__(self, node: Node, loop: WaitSetLoop | ExecutorLoop, recording: Recording,
                  declared: Iterable[Topic]) -> None:
@@ -80,15 +66,7 @@ def make_loop(node: Node, kind: str) -> Any:
 
 
 def incompatible_publishers(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
-    """
-    Return the publishers on subscribed topics whose messages can never arrive.
-
-    Returns
-    -------
-    list of (str, str, str)
-        Topic, kind of refusal, sentence.
-
-    """
+    """Return the publishers on subscribed topics whose messages can never arrive."""
     found = []
     for name, topic in topics.subscribed.items():
         for each in node.get_publishers_info_by_topic(name):

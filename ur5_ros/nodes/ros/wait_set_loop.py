@@ -47,10 +47,7 @@ class WaitSetLoop:
     The stock executor builds a wait set for each wait and hands over message objects; here one is
     kept, and the bytes go to the law and to the bag as they are.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node that owns them; its other entities are left to an executor.
+    ``node``: the node that owns them; its other entities are left to an executor.
 
     """
 
@@ -125,17 +122,9 @@ class WaitSetLoop:
         """
         Wait for messages, a wake, or the time; :data:`HOT_POLL_PERIOD` while hot messages flow.
 
-        Parameters
-        ----------
-        seconds : float
-            Longest wait of wall time; 0 = none: what has come is taken.
-
-        Returns
-        -------
-        list of (int, bytes)
-            At most one message of each subscription that has any; the next wait returns at once
-            if there are more of the hot ones.
-
+        ``seconds``: longest wait of wall time; 0 = none: what has come is taken.  Returned: at
+        most one message of each subscription that has any; the next wait returns at once if there
+        are more of the hot ones.
         """
         wait_set = self._wait_set or self._arm()
         if seconds <= 0.0:

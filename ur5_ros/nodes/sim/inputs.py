@@ -19,27 +19,7 @@ from ur5_ros.sim.command_gate import CommandGate
 
 
 class SimInputs:
-    """
-    The subscriptions of the simulator, and the requests of its services.
-
-    Parameters
-    ----------
-    loop
-        Where messages come from.
-    topics : Topics
-        Through which they are subscribed and recorded.
-    recording : Recording
-        The bag.
-    simulation : Simulation
-        What they act on.
-    gate : CommandGate
-        Judges commands.
-    steps : StepQueue
-        Single steps asked for.
-    parameters : SimParameters
-        Of the node.
-
-    """
+    """The subscriptions of the simulator, and the requests of its services."""
 
     def __init__(
         self, loop: Any, topics: Topics, recording: Recording, simulation: Simulation,

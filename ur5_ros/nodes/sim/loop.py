@@ -20,16 +20,8 @@ class SimLoop:
     """
     Turns of the loop: one period, one copy, or one wait each.
 
-    Parameters
-    ----------
-    simulation : Simulation
-        The plant on its topics.
-    inputs : SimInputs
-        Its subscriptions and requests.
-    gate : CommandGate
-        Decides which command acts, and when.
-    parameters : SimParameters
-        ``lockstep``: whether time waits for commands; ``lockstep_timeout``: how long [s].
+    ``parameters``: ``lockstep``: whether time waits for commands; ``lockstep_timeout``: how long
+    [s].
 
     """
 
@@ -50,15 +42,7 @@ class SimLoop:
         self._gate.resumed()
 
     def turn(self) -> bool:
-        """
-        Receive what has come or comes within the wait, then take a period if one is due.
-
-        Returns
-        -------
-        bool
-            Whether a message or a period was taken.
-
-        """
+        """Receive what has come or comes within the wait, then take a period if one is due."""
         simulation, gate = self._simulation, self._gate
         received = self._inputs.receive(self._wait)
         decision = gate.next() if simulation.may_step else PAUSED

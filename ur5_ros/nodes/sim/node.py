@@ -42,16 +42,7 @@ class SimNode:
     """
     The simulator on its topics.
 
-    Parameters
-    ----------
-    files : list of pathlib.Path
-        Parameter files of the command line.
-    stop : StopRequest
-        Asks it to end.
-    loop : callable
-        Makes the loop that its messages go through; by default as ``hot_loop`` names it.
-    elsewhere : collection of str
-        Parameters that another node of the process declares: given to all, they are not for this.
+    ``loop``: makes the loop that its messages go through; by default as ``hot_loop`` names it.
 
     """
 

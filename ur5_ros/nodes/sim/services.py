@@ -31,17 +31,7 @@ class StepRequest(NamedTuple):
 
 
 class StepQueue:
-    """
-    ``~/step`` and its like: taken and answered by the loop itself, so that nothing waits with it.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    loop
-        Whose waits a request ends.
-
-    """
+    """``~/step`` and its like: taken and answered by the loop, so that nothing waits."""
 
     def __init__(self, node: Node, loop: Any) -> None:
         self._node = node
@@ -66,17 +56,7 @@ class StepQueue:
         """
         Serve steps by another service.
 
-        Parameters
-        ----------
-        service_type : type
-            Its type.
-        name : str
-            Its name.
-        steps_of : callable
-            Returns how many periods are requested.
-        fill : callable
-            ``fill(response, success, message)``.
-
+        ``fill``: ``fill(response, success, message)``.
         """
         service = self._node.create_service(
             service_type, name, lambda request, response: response,
@@ -157,13 +137,7 @@ def set_compensation(node: Node, scales: Any) -> bool:
     """
     Set what the robot compensates of its friction, as parameters; return whether it was taken.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The simulator's, whose parameters are served.
-    scales
-        With ``viscous_scale`` and ``coulomb_scale``, six numbers each.
-
+    ``scales``: with ``viscous_scale`` and ``coulomb_scale``, six numbers each.
     """
     result = node.set_parameters_atomically([
         Parameter(f'friction_compensation.{kind}_scale',
@@ -179,14 +153,6 @@ def offer_services(node: Node, sim: Any) -> None:
     Offer ``~/pause``, ``~/reset``, ``~/zero_force_torque_sensor`` and the parameters.
 
     ``~/step`` is :class:`StepQueue`.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    sim : SimNode
-        Whose loop does what is asked.
-
     """
     call = sim.inputs.requests.call
     add_service(node, SetBool, '~/pause', lambda request: call(lambda: sim.pause(request.data)))

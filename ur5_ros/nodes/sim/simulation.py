@@ -26,21 +26,7 @@ _STATES = ('fallback', 'lockstep')
 
 
 class Simulation:
-    """
-    Steps the plant and publishes its states and events.
-
-    Parameters
-    ----------
-    plant : Plant
-        The arm.
-    outputs : SimOutputs
-        Where states and events go.
-    logger
-        The node's logger.
-    parameters : SimParameters
-        Of the node.
-
-    """
+    """Steps the plant and publishes its states and events."""
 
     def __init__(
         self, plant: Plant, outputs: SimOutputs, logger: Any, parameters: SimParameters,
@@ -80,11 +66,7 @@ class Simulation:
         """
         Take one control period and send the state at its end.
 
-        Parameters
-        ----------
-        command : numpy.ndarray, shape (6,), or None
-            Torques [N m]; None = the fallback.
-
+        ``command`` (6,): torques [N m]; None = the fallback.
         """
         self._send(self.plant.step(command))
         if self.steps_requested:
@@ -167,21 +149,9 @@ def set_wrench(plant: Plant, message: dict[str, Any], prefix: str) -> None:
     """
     Apply a geometry_msgs/WrenchStamped to the tool.
 
-    Parameters
-    ----------
-    plant : Plant
-        The arm.
-    message : mapping
-        Decoded message; force and torque act at the origin of ``tool0``, given in the axes of
-        ``base`` (also if no frame is named), ``base_link`` or ``tool0`` as it stands now.
-    prefix : str
-        ``tf_prefix`` of the simulator.
-
-    Raises
-    ------
-    InputError
-        If the frame is another or a number is not finite.
-
+    ``message``: decoded message; force and torque act at the origin of ``tool0``, given in the
+    axes of ``base`` (also if no frame is named), ``base_link`` or ``tool0`` as it stands now;
+    ``prefix``: ``tf_prefix`` of the simulator.
     """
     frame = message['header']['frame_id']
     name = frame.removeprefix(prefix) or 'base'

@@ -32,14 +32,6 @@ def offer_standard_services(node: Node, sim: Any) -> None:
     Offer GetSimulatorFeatures, Get/SetSimulationState, ResetSimulation and StepSimulation.
 
     Without the package a line in the log says so.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    sim : SimNode
-        Whose loop does what is asked.
-
     """
     try:
         from simulation_interfaces import srv

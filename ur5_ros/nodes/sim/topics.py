@@ -23,18 +23,7 @@ class SimOutputs:
     """
     The publishers of the simulator.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    topics : Topics
-        Through which everything is sent and recorded.
-    recording : Recording
-        The bag.
-    parameters : SimParameters
-        Of the node.
-    plant : Plant
-        Its arm is the ``hardware_id`` of everything diagnostic; its world adds topics.
+    ``plant``: its arm is the ``hardware_id`` of everything diagnostic; its world adds topics.
 
     """
 

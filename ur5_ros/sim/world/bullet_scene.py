@@ -19,15 +19,7 @@ NO_POINTS = np.zeros((0, POINT))
 
 
 class BulletScene:
-    """
-    The bodies of a world beside an arm, in the arm's PyBullet world.
-
-    Parameters
-    ----------
-    world : World
-        What stands there.
-
-    """
+    """The bodies of a world beside an arm, in the arm's PyBullet world."""
 
     def __init__(self, world: World):
         self.world = world
@@ -50,13 +42,7 @@ class BulletScene:
         """
         Return where bodies touch or soon will, in the present poses.
 
-        Returns
-        -------
-        points : numpy.ndarray, shape (n, POINT)
-            Rows as ``contact_kernel`` lays them out.
-        pairs : list of (str, str)
-            Names of the two bodies of each.
-
+        Returned: ``points`` (n, POINT): rows as ``contact_kernel`` lays them out.
         """
         pybullet.performCollisionDetection(self._client)
         rows, pairs = [], []

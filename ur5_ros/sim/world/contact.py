@@ -56,13 +56,6 @@ class ContactWorld:
     ``contact_kernel``: rotor inertia, joint friction, stops and contact at once, with all of them
     at the velocity after the step.
 
-    Parameters
-    ----------
-    scene : BulletScene
-        The bodies in PyBullet.
-    arm : ArmParameters
-        The arm: its geometry carries contact forces to the joints.
-
     """
 
     def __init__(self, scene: BulletScene, arm: ArmParameters):
@@ -95,15 +88,7 @@ class ContactWorld:
         self.scene.move(self.bodies[:, POSITION:POSITION + 7])
 
     def refuse_overlap(self) -> None:
-        """
-        Refuse bodies that overlap before anything has moved.
-
-        Raises
-        ------
-        InputError
-            Naming the two bodies and the depth.
-
-        """
+        """Refuse bodies that overlap before anything has moved."""
         points, pairs = self.scene.points()
         if len(points) and points[:, GAP].min() < -TOUCHING:
             worst = int(points[:, GAP].argmin())
@@ -117,29 +102,9 @@ class ContactWorld:
         """
         Take one physics step.
 
-        Parameters
-        ----------
-        bullet : BulletArm
-            The arm in the same PyBullet world.
-        state : sequence of float
-            q [rad] and qd [rad/s] before the step, twelve numbers.
-        tau : sequence of float
-            Six torques of the motors [N m].
-        integrator : PlantIntegrator
-            What acts on the joints beside motors, bodies and gravity.
-
-        Returns
-        -------
-        values : tuple of float
-            q [rad] and qd [rad/s] after the step, twelve numbers.
-        held : numpy.ndarray, shape (6,), bool
-            The joints that a stop holds back.
-
-        Raises
-        ------
-        ArithmeticError
-            If the step has no solution, or a body flies away.
-
+        ``state``: q [rad] and qd [rad/s] before the step, twelve numbers; ``tau``: six torques of
+        the motors [N m].  Returned: ``values``: q [rad] and qd [rad/s] after the step, twelve
+        numbers; ``held`` (6,): the joints that a stop holds back.
         """
         points, pairs = self.scene.points()
         q = state[:6]

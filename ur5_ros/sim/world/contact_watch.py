@@ -19,10 +19,7 @@ class ContactWatch:
     """
     Pairs of bodies with a force between them.
 
-    Parameters
-    ----------
-    control_rate : int
-        Control periods a second [Hz].
+    ``control_rate``: control periods a second [Hz].
 
     """
 
@@ -35,20 +32,7 @@ class ContactWatch:
         self._quiet.clear()
 
     def look(self, steps: Sequence['Contacts']) -> list[tuple[str, dict[str, Any]]]:
-        """
-        Take note of a control period.
-
-        Parameters
-        ----------
-        steps : sequence of Contacts
-            Its physics steps.
-
-        Returns
-        -------
-        list of (str, dict)
-            Sentence and values of each contact that begins or ends.
-
-        """
+        """Take note of a control period."""
         touching = {pair for step in steps if step.pairs
                     for pair, (x, y, z) in zip(step.pairs, step.force.tolist(), strict=True)
                     if x or y or z}

@@ -15,15 +15,7 @@ from ur5_ros.sim.plant import Plant
 
 
 class ContactPublication:
-    """
-    The messages of contact, a list every control period.
-
-    Parameters
-    ----------
-    parameters : SimParameters
-        Those of the simulator.
-
-    """
+    """The messages of contact, a list every control period."""
 
     def __init__(self, parameters: SimParameters):
         prefix, rate = parameters.tf_prefix, parameters.monitor_rate
@@ -39,15 +31,7 @@ class ContactPublication:
         self._sensor.zero(plant)
 
     def messages(self, plant: Plant) -> list[tuple[str, bytes]]:
-        """
-        Return role and bytes of each message of the present period.
-
-        Parameters
-        ----------
-        plant : Plant
-            A plant in a world, after a step.
-
-        """
+        """Return role and bytes of each message of the present period."""
         found = [('contact_effort', self._effort.encode(stamp, (), (), torque))
                  for stamp, torque in plant.contact_effort()]
         stamp = plant.stamp

@@ -29,12 +29,6 @@ def arm_capsules(arm: ArmParameters) -> dict[str, list[Capsule]]:
     Return the capsules of each moving link, by link name.
 
     They lie within the tubes and housings that are drawn, with the same axes and radii.
-
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm.
-
     """
     found = {}
     for link, shapes in arm_shapes(arm).items():
@@ -51,13 +45,8 @@ def capsule_elements(capsule: Capsule, bare: bool) -> str:
     """
     Return the ``<collision>`` elements of a capsule.
 
-    Parameters
-    ----------
-    capsule : Capsule
-        In its link.
-    bare : bool
-        PyBullet's own element; elsewhere a cylinder and two spheres, which all URDF readers know.
-
+    ``bare``: PyBullet's own element; elsewhere a cylinder and two spheres, which all URDF readers
+    know.
     """
     if capsule.length == 0.0:
         return _collision(capsule.xyz, capsule.rpy, f'<sphere radius="{capsule.radius!r}"/>')

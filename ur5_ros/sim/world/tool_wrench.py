@@ -18,17 +18,9 @@ def tool_wrench(steps: Sequence[Contacts], wrench: np.ndarray, q: np.ndarray,
     """
     Return force [N] and torque [N m] of the environment on the tool, at and in ``tool0``, (6,).
 
-    Parameters
-    ----------
-    steps : sequence of Contacts
-        The physics steps of one control period; the mean is taken.
-    wrench : numpy.ndarray, shape (6,)
-        What acts besides at the origin of ``tool0``, in base [N], [N m].
-    q : numpy.ndarray, shape (6,)
-        Joint positions at the end of the period, for the axes of the wrench [rad].
-    arm : ArmParameters
-        The arm.
-
+    ``steps``: the physics steps of one control period; the mean is taken; ``wrench`` (6,): what
+    acts besides at the origin of ``tool0``, in base [N], [N m]; ``q`` (6,): joint positions at the
+    end of the period, for the axes of the wrench [rad].
     """
     total = np.zeros(6)
     for each in steps:

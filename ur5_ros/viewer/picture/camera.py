@@ -13,12 +13,8 @@ class Camera:
     """
     A camera that looks at an arm standing on the floor.
 
-    Parameters
-    ----------
-    width, height : int
-        Size of the pictures [pixels].
-    reach : float
-        Length of the stretched arm [m]; it fills the picture.
+    ``width``, ``height``: size of the pictures [pixels]; ``reach``: length of the stretched arm
+    [m]; it fills the picture.
 
     """
 

@@ -29,20 +29,9 @@ class Frames:
     """
     Draws rows of a track.
 
-    Parameters
-    ----------
-    track : Track
-        The run.
-    stage : Stage
-        The arm and its world.
-    size : tuple of int
-        Width and height of the upper part of the picture [pixels].
-    strips : int
-        Height of the lower part [pixels].
-    fine : int
-        Pixels that are drawn along each side of one of the picture; 2 makes edges smooth.
-    injected : sequence of Injection
-        What was added to the plant on the way.
+    ``size``: width and height of the upper part of the picture [pixels]; ``strips``: height of the
+    lower part [pixels]; ``fine``: pixels that are drawn along each side of one of the picture; 2
+    makes edges smooth.
 
     """
 

@@ -41,15 +41,7 @@ def cast(camera: Camera, placed: Sequence[Placed], floor: float = 0.0) -> Pictur
     """
     Return a picture of bodies.
 
-    Parameters
-    ----------
-    camera : Camera
-        From where.
-    placed : sequence of Placed
-        What is there.
-    floor : float
-        Height on which shadows fall [m].
-
+    ``floor``: height on which shadows fall [m].
     """
     found = [piece for each in placed for piece in _pieces(*each)]
     bodies = np.array([numbers for numbers, _ in found]).reshape(-1, ray_kernel.COLUMNS)

@@ -154,25 +154,11 @@ def cast(bodies, windows, shades, view, lights, depth, colour, shadow):
     """
     Write what each pixel sees.
 
-    Parameters
-    ----------
-    bodies : float64[:, :]
-        A row of COLUMNS numbers each; colours are linear, 0 to 1.
-    windows : float64[:, :]
-        First and last row and column + 1 of the pixels that a body may cover.
-    shades : float64[:, :]
-        The same of the floor that it may shade.
-    view : float64[:]
-        Eye, right, down, ahead, focus [pixels], floor [m].
-    lights : float64[:, :]
-        Unit direction towards each light, and its strength; the first one throws shadows.
-    depth : float32[:, :]
-        Written: how far ahead the nearest body is [m]; infinite where there is none.
-    colour : uint8[:, :]
-        Written: red, green and blue, 0 to 255, a row a pixel; nothing where no body is.
-    shadow : uint8[:, :]
-        Written: 1 where the floor is seen in a shadow, else 0.
-
+    ``bodies``: A row of COLUMNS numbers each; colours are linear, 0 to 1; ``view``: eye, right,
+    down, ahead, focus [pixels], floor [m]; ``lights``: unit direction towards each light, and its
+    strength; the first one throws shadows; ``depth``: written: how far ahead the nearest body is
+    [m]; infinite where there is none; ``colour``: written: red, green and blue, 0 to 255, a row a
+    pixel; nothing where no body is.
     """
     height, width = depth.shape
     owner = np.full((height, width), np.int16(-1))

@@ -29,16 +29,7 @@ class Strips:
     """
     Torque, joint error and tool error side by side; quantities that a run lacks have no chart.
 
-    Parameters
-    ----------
-    track : Track
-        The run.
-    width, height : int
-        Size of all charts together [pixels].
-    size : int
-        Of the letters [pixels].
-    injected : sequence of Injection
-        What was added to the plant on the way: a dotted line each.
+    ``width``, ``height``: size of all charts together [pixels]; ``size``: of the letters [pixels].
 
     """
 
@@ -122,13 +113,7 @@ def ticks(low: float, high: float, most: int = 4) -> list[float]:
     """
     Return round numbers that hold a range between them.
 
-    Parameters
-    ----------
-    low, high : float
-        The range; ``high`` is greater.
-    most : int
-        Intervals at most.
-
+    ``low``, ``high``: the range; ``high`` is greater.
     """
     rough = (high - low) / most
     power = 10.0**math.floor(math.log10(rough))

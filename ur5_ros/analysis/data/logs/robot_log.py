@@ -40,27 +40,8 @@ def import_log(
     effort of the joint states, motor currents a topic of their own, a declared payload part of
     the arm.
 
-    Parameters
-    ----------
-    log : pathlib.Path
-        CSV, separated by commas, semicolons, tabs or spaces, maybe gzipped.
-    out : pathlib.Path
-        Bag folder to write; it must not exist.
-    arm : str
-        Arm that the log is of.
-    columns : str, optional
-        Names of the columns in the order of the file, for one without names; ``-`` skips one.
-
-    Returns
-    -------
-    list of str
-        What was done, in sentences.
-
-    Raises
-    ------
-    InputError
-        If the log lacks columns, or most of its rows do not count.
-
+    ``out``: bag folder to write; it must not exist; ``columns``: names of the columns in the order
+    of the file, for one without names; ``-`` skips one.
     """
     log, out = Path(log), Path(out)
     load_arm(arm)

@@ -33,22 +33,7 @@ class LogTable(NamedTuple):
 
 
 def read_table(log: Path, columns: str | None = None) -> LogTable:
-    """
-    Return the rows of a log that count, as far as its columns are used.
-
-    Parameters
-    ----------
-    log : pathlib.Path
-        CSV, separated by commas, semicolons, tabs, bars or spaces, maybe gzipped.
-    columns : str, optional
-        Names of the columns in the order of the file, for one without names.
-
-    Raises
-    ------
-    InputError
-        If it is no such log, lacks columns, or most of its rows do not count.
-
-    """
+    """Return the rows of a log that count, as far as its columns are used."""
     text = read_log(log, columns)
     found = find_columns(text.names, log)
     used = [i for places in found.places.values() for i in places]

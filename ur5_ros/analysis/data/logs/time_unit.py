@@ -22,17 +22,8 @@ def seconds_of(t: np.ndarray, values: Mapping[str, np.ndarray], stated: bool,
     """
     Return a log's time in seconds.
 
-    Parameters
-    ----------
-    t : numpy.ndarray, shape (n,)
-        As the log has it, increasing.
-    values : mapping
-        Quantity -> columns; ``q`` and ``qd`` are used.
-    stated : bool
-        Whether the unit is known and ``t`` is in seconds.
-    remarks : list of str
-        Receives a sentence where another unit than seconds was found.
-
+    ``t`` (n,): as the log has it, increasing; ``values``: quantity -> columns; ``q`` and ``qd``
+    are used; ``stated``: whether the unit is known and ``t`` is in seconds.
     """
     if stated:
         return t
