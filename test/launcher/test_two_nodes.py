@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 import yaml
+from thorough import times
 
+from ur5_ros.analysis.data.load import load_run
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.errors import InputError
 from ur5_ros.launcher.node_processes import (
@@ -154,13 +156,36 @@ def test_those_who_start_at_the_same_time_get_different_domains():
             claim.close()
 
 
-def test_contact_is_recorded_alike_to_the_bit_in_one_process_and_in_the_loop(tmp_path):
-    plan = run_config('tap_wall', duration=0.9, physics_rate=4000)
-    (tmp_path / 'nodes').mkdir()
-    run_two_nodes(plan, tmp_path / 'nodes', composed=True)
-    run_closed_loop(plan, tmp_path / 'loop')
-    nodes, loop = (open_bag(tmp_path / name / 'sim') for name in ('nodes', 'loop'))
-    assert nodes.topics == loop.topics
-    for topic in nodes.topics.keys() - OWN:
-        assert nodes.columns(topic).data.tobytes() == loop.columns(topic).data.tobytes(), topic
-    assert len(nodes.columns('/ur5_sim/contact_effort').log_time) == 4 * 899
+@pytest.fixture
+def crowded():
+    """A busy loop for each core, as long as a test runs."""
+    busy = [subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+            for _ in range(os.cpu_count() or 1)]
+    yield
+    for each in busy:
+        each.kill()
+        each.wait()
+
+
+@pytest.mark.parametrize(('experiment', 'seconds', 'rate'), times(
+    [('tap_wall', 0.8, 2000)],
+    [('tap_wall', 2.0, 4000), ('push_block', 2.5, 1000), ('press_and_slide', 5.0, 1000),
+     ('peg_in_hole', 4.0, 1000)]))
+@pytest.mark.thorough
+def test_contact_is_recorded_alike_to_the_bit_by_both_ways_beside_a_crowd_and_by_the_loop(
+        experiment, seconds, rate, tmp_path, crowded):
+    plan = run_config(experiment, duration=seconds, physics_rate=rate)
+    for name in ('two processes', 'one process'):
+        (tmp_path / name).mkdir()
+        run_two_nodes(plan, tmp_path / name, composed=name == 'one process')
+    for name in ('loop', 'loop again'):
+        run_closed_loop(plan, tmp_path / name)
+    bags = [open_bag(folder / 'sim') for folder in sorted(tmp_path.iterdir())]
+    assert len(bags) == 4
+    for bag in bags[1:]:
+        assert bag.topics == bags[0].topics
+        for topic in bag.topics.keys() - OWN:
+            data = bag.columns(topic).data.tobytes()
+            assert data == bags[0].columns(topic).data.tobytes(), topic
+    contact = load_run(tmp_path / 'loop').contact
+    assert contact.any() and contact.shape == (round(1000 * seconds), rate // 1000, 6)

@@ -38,10 +38,13 @@ def contact_of(checks):
 @pytest.mark.thorough
 @pytest.mark.parametrize(('experiment', 'arm', 'sim', 'physics_rate', 'duration'), CASES)
 def test_the_books_balance_through_impact_sliding_and_friction(
-        experiment, arm, sim, physics_rate, duration):
+        experiment, arm, sim, physics_rate, duration, record_property):
     checks = verdict_of(experiment, arm, sim, physics_rate, duration)
     residual, cone = contact_of(checks)
-    print(f'{experiment}, {arm}, {physics_rate} Hz: residual {residual:.2e} N m')
+    record_property('residual [N m]', residual)
+    for name, check in checks.items():
+        if 'figure' in check.details:
+            record_property(name, check.details['figure'])
     assert residual < 1e-9
     assert cone == 'pass'
     assert checks['energy balance'].verdict == 'pass'

@@ -99,6 +99,15 @@ def test_a_whole_compensation_is_neither_over_nor_under(looped, seed):
     assert not NEW.intersection(found(result))
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize('seed', SEEDS)
+@pytest.mark.parametrize('sim', some([{}, FRICTION, {
+    **FRICTION, 'friction.viscous_quadratic': [-0.5] * 6, 'friction.viscous_cubic': [0.2] * 6,
+    'friction.asymmetry': [0.05] * 6}]))
+def test_a_run_without_any_of_them_has_none(looped, sim, seed):
+    assert not NEW.intersection(found(validate(looped(sim=noisy(seed, **sim)))))
+
+
 @pytest.mark.parametrize('sim', [
     {'payload.mass': 1.0}, {'friction.viscous': sizes(2.0)}, {'friction.coulomb': sizes(2.0)},
     {'friction.viscous': sizes(2.0), 'friction.coulomb': sizes(1.0), 'payload.mass': 0.5}],
