@@ -4,22 +4,12 @@ import numpy as np
 import pytest
 
 from ur5_ros.analysis.validate import validate
-from ur5_ros.config import arm_text, load_arm, parse_yaml
+from ur5_ros.config import load_arm
 from ur5_ros.control.controller import Controller
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
-
-
-@pytest.fixture(scope='module')
-def real_arm(tmp_path_factory):
-    """Return the file of ur5_real with the friction of a real UR5e."""
-    friction = arm_text('ur5e_real').partition('\nfriction:\n')[2]
-    file = tmp_path_factory.mktemp('arms') / 'ur5_rubs.yaml'
-    file.write_text(f'{arm_text("ur5_real")}friction:\n{friction}')
-    assert parse_yaml(file.read_text(), 'file')['friction']['coulomb']['value'][0] > 5.0
-    return str(file)
 
 
 def tracked(arm, **control):
@@ -33,19 +23,20 @@ def rms_error(run):
     return float(np.sqrt(np.mean((run.q - run.reference.q)[500:]**2)))
 
 
-def test_feedforward_makes_the_error_at_least_ten_times_smaller(real_arm):
-    without, with_ = (tracked(real_arm, friction_feedforward=on) for on in (False, True))
+def test_feedforward_makes_the_error_at_least_ten_times_smaller():
+    assert load_arm('ur5_real').friction.coulomb.min() > 1.0
+    without, with_ = (tracked('ur5_real', friction_feedforward=on) for on in (False, True))
     ratio = rms_error(without) / rms_error(with_)
     print(f'RMS error {rms_error(without):.3g} rad without friction feed-forward, '
           f'{rms_error(with_):.3g} rad with it: {ratio:.3g} times less')
     assert ratio > 10.0
 
 
-def test_a_law_that_knows_its_friction_is_the_plant_and_is_computed_again(real_arm):
+def test_a_law_that_knows_its_friction_is_the_plant_and_is_computed_again():
     checks = {check.name: check.verdict for check in validate(as_run(
-        tracked(real_arm, friction_feedforward=True))).checks}
+        tracked('ur5_real', friction_feedforward=True))).checks}
     assert checks['residual, controller arm'] == checks['law'] == 'pass'
-    blind = {check.name: check.verdict for check in validate(as_run(tracked(real_arm))).checks}
+    blind = {check.name: check.verdict for check in validate(as_run(tracked('ur5_real'))).checks}
     assert blind['residual, controller arm'] == 'fail' and blind['law'] == 'pass'
 
 
@@ -55,7 +46,7 @@ def test_an_arm_without_friction_cannot_be_fed_forward():
     assert '\n' not in str(error.value)
 
 
-def test_it_can_be_switched_while_the_law_runs_and_limits_still_hold(real_arm):
+def test_it_can_be_switched_while_the_law_runs_and_limits_still_hold():
     law = Controller(load_arm('ur5e_real'), {'torque_rate_limit': 100.0})
     law.change({'friction_feedforward': True})
     with pytest.raises(InputError):
