@@ -114,6 +114,8 @@ def test_a_lock_names_plain_versions_and_nothing_of_where_they_come_from(name):
     pins = [line for line in lines if not line.startswith('#')]
     assert pins and all(re.fullmatch(r'[A-Za-z0-9._-]+==[A-Za-z0-9.+!]+'
                                  r"(; python_version [<>]=? '3\.\d+')?", pin) for pin in pins)
+    names = [pin.partition('==')[0] for pin in pins]
+    assert len(names) == len(set(names)), 'a package is named once'
 
 
 def test_the_runtime_lock_is_part_of_the_whole_lock():
