@@ -11,6 +11,7 @@ unexport PYTHONDONTWRITEBYTECODE
 VENV := .venv
 BIN := $(VENV)/bin
 PYTHON ?= $(firstword $(foreach v,3.11 3.12 3.13,$(shell command -v python$(v) 2>/dev/null)) python3)
+PYTHONS := 3.11 3.12 3.13
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
 # the locks name every package: nothing to resolve, and build tools come from them too
 INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation
@@ -70,8 +71,8 @@ test: lint types  ## linters, types, import contracts, every test
 test-quick: lint types  ## what a change usually breaks, in two minutes
 	$(PYTEST) -q -n $(CORES) --dist loadfile $(QUICK) $(ARGS) </dev/null
 
-test-pythons:  ## the demo and the quick tests on every Python from 3.11 to 3.13 that is here
-	@for version in 3.11 3.12 3.13; do python=; \
+test-pythons:  ## the demo and the quick tests on every Python of PYTHONS that is here
+	@for version in $(PYTHONS); do python=; \
 	for each in $$(command -v python$$version) $(HOME)/.pyenv/versions/$$version.*/bin/python; do \
 	! $$each -c '' 2>/dev/null || { python=$$each; break; }; done; \
 	[ -n "$$python" ] || { echo "== Python $$version is not here"; continue; }; \

@@ -27,7 +27,10 @@ def stamp(message):
     return message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
 
 
-def test_replay_sends_every_message_of_a_part_in_order(ros, short_run):
+def test_replay_sends_every_message_of_a_part_in_order_on_a_busy_machine(ros, short_run):
+    """The first and the last ones were lost: neither side waited for the other."""
+    for _ in range(3):
+        ros.run([sys.executable, '-c', 'while True: pass'])
     observer = ros.observer()
     heard = observer.hear(JointState, '/joint_states', publishers=0)
     references = observer.hear(JointTrajectory, '/ur5_control/reference', publishers=0)

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -15,6 +16,13 @@ from ur5_ros.nodes.ros.messages import message_class
 
 #: Wall-clock time that subscribers get to find the topics before the first message [s].
 DISCOVERY = 2.0
+#: A subscription that is known here may not know the topic yet; after this time it does [s].
+SETTLING = 0.5
+#: Messages that the middleware keeps until every subscription has them.
+DEPTH = 1000
+#: Longest wait for subscriptions that do not confirm what was sent; the middleware asks the slow
+#: ones again every three seconds [s].
+CONFIRMATION = 4.0
 
 #: Topics of which late joiners get the last message too.
 _KEPT = ('std_msgs/msg/String',)
@@ -54,13 +62,37 @@ def replay(
         node = Node('ur5_replay', enable_rosout=False, start_parameter_services=False)
         publishers = [_publisher(node, topic, kind) for topic, kind in playback.types.items()]
         _wait_for_subscribers(publishers)
-        publish = [publisher.publish for publisher in publishers]
-        sent = _once(playback, publish, rate, progress)
+        senders = [_Sender(publisher) for publisher in publishers]
+        sent = _once(playback, senders, rate, progress)
         while loop:
-            sent += _once(playback, publish, rate, progress)
+            sent += _once(playback, senders, rate, progress)
+        for sender in senders:
+            sender.confirm()
     finally:
         rclpy.try_shutdown()
     return sent
+
+
+class _Sender:
+    """Publishes, and waits now and then until every subscription has what was sent."""
+
+    def __init__(self, publisher: Publisher) -> None:
+        self._publisher = publisher
+        self._unconfirmed = 0
+        self._confirms = True
+
+    def __call__(self, data: bytes) -> None:
+        """Publish; the middleware drops the oldest message once it keeps too many."""
+        if self._unconfirmed >= DEPTH // 2:
+            self.confirm()
+        self._publisher.publish(data)
+        self._unconfirmed += 1
+
+    def confirm(self) -> None:
+        """Wait until all is received; for a subscription that hangs only once."""
+        if self._confirms:
+            self._confirms = self._publisher.wait_for_all_acked(Duration(seconds=CONFIRMATION))
+        self._unconfirmed = 0
 
 
 def _once(playback: Playback, publish: Sequence[Callable[[bytes], None]], rate: float,
@@ -86,7 +118,7 @@ def _publisher(node: Node, topic: str, kind: str) -> Publisher:
         raise InputError(f'message type {kind} of topic {topic} is not installed; leave the topic '
                          'out with --topics') from None
     durability = DurabilityPolicy.TRANSIENT_LOCAL if kind in _KEPT else DurabilityPolicy.VOLATILE
-    qos = QoSProfile(depth=100, durability=durability)
+    qos = QoSProfile(depth=DEPTH, durability=durability)
     return node.create_publisher(message_type, topic, qos)
 
 
@@ -94,5 +126,6 @@ def _wait_for_subscribers(publishers: list[Publisher]) -> None:
     end = time.monotonic() + DISCOVERY
     while time.monotonic() < end:
         if all(publisher.get_subscription_count() for publisher in publishers):
+            time.sleep(SETTLING)
             return
         time.sleep(0.02)

@@ -22,6 +22,8 @@ from ur5_ros.signals import JOINT_NAMES, ArmState
 STATE_TIMEOUT = 0.3
 #: States wait this wall time for the control rate; later ones are answered by a hold [s].
 RATE_TIMEOUT = 0.5
+#: After a silence the report of a simulator that took the old one's place may come so late [s].
+REPORT_TIMEOUT = 1.5
 
 
 class ControlCycle:
@@ -71,6 +73,7 @@ class ControlCycle:
         self._monitor_period = round(1e9 / rate) if rate else 0
         self._monitored = -1
         self._last_at = 0.0
+        self._silence_ended = 0.0
         self._copies = 0
         self._missing = False
 
@@ -96,6 +99,8 @@ class ControlCycle:
             self._outputs.command_again()
             return
         state = self._reader.read(data)
+        if not self.alive:
+            self._silence_ended = time.monotonic()
         if state.stamp < self.stamp:
             self._go_back(state.stamp)
         if self._awaits_rate and not self._may_answer(state.stamp):
@@ -158,7 +163,8 @@ class ControlCycle:
 
     def take_rate(self, rate: float) -> None:
         """Take the control rate that the simulator reports [Hz]; InputError if it can be none."""
-        if rate != self._rate.value and not self._awaits_rate and self.alive:
+        settled = time.monotonic() - self._silence_ended > REPORT_TIMEOUT
+        if rate != self._rate.value and not self._awaits_rate and self.alive and settled:
             return  # of a second simulator, or of one that has not begun yet
         self._rate.report(rate)
         self._reported_after = self.stamp
