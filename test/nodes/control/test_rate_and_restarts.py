@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-
 from thorough import times
 
 from ur5_ros.bag.payload_hash import PayloadHash
