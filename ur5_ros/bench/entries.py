@@ -121,18 +121,23 @@ def load_bench(path: Path | None = None) -> BenchFile:
     return found
 
 
-def load_entries(file: str | None = None, gains: Path | None = None) -> list[Entry]:
+def load_entries(gains: Path | None = None) -> list[Entry]:
+    """Return the laws with gains of a file that ``ur5 bench --tune`` wrote, or the package's."""
+    tuned = load_bench(gains).laws
+    return [entry_of(name, tuned[name]) for name in LAWS]
+
+
+def user_entry(file: str, gains: Path | None = None) -> Entry:
     """
-    Return the laws with their gains, and that of a user's file.
+    Return the law of a user's file, which is imported here.
 
     Parameters
     ----------
-    file : str, optional
+    file : str
         A Python file with a class ``Law``.  It gets the gains of ``computed_torque``, or, where
         its class says ``weighed = False``, those of ``gravity_pd``.
-
     gains : Path, optional
-        A file that ``ur5 bench --tune`` wrote; that of the package by default.
+        As for :func:`load_entries`.
 
     Raises
     ------
@@ -140,11 +145,7 @@ def load_entries(file: str | None = None, gains: Path | None = None) -> list[Ent
         If a file is wrong.
 
     """
-    tuned = load_bench(gains).laws
-    entries = [entry_of(name, tuned[name]) for name in LAWS]
-    if file is not None:
-        like = 'computed_torque' if getattr(load_law(file), 'weighed', True) else 'gravity_pd'
-        control = next(each.control for each in entries if each.name == like)
-        entries.append(Entry(Path(file).name, {**control, 'mode': 'computed_torque',
-                                               'law_file': str(Path(file).resolve())}))
-    return entries
+    like = 'computed_torque' if getattr(load_law(file), 'weighed', True) else 'gravity_pd'
+    control = entry_of(like, load_bench(gains).laws[like]).control
+    return Entry(Path(file).name, {**control, 'mode': 'computed_torque',
+                                   'law_file': str(Path(file).resolve())})

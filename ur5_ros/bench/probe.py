@@ -1,10 +1,12 @@
-"""A first look at somebody's law: does it answer, in time, with six finite numbers?"""
+"""A first look at a user's law: does it answer, in time, with six finite numbers?"""
 
 import sys
 import time
+from pathlib import Path
+from typing import Any
 
-from ur5_ros.bench.entries import Entry
-from ur5_ros.bench.limited_process import limit_memory, run_limited, write_result
+from ur5_ros.bench.entries import Entry, user_entry
+from ur5_ros.bench.limited_process import end_with, limit_resources, run_limited
 from ur5_ros.bench.perturbations import ARM
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import full_loop
@@ -16,48 +18,64 @@ SECONDS, SLOWEST = 60.0, 0.02
 _DURATION = 0.1
 
 
-def check_law(entry: Entry) -> None:
+def probed_entry(file: Path, gains: Path | None = None, seconds: float = SECONDS) -> Entry:
     """
-    Run a tenth of a second with somebody's law, in a limited process.
+    Return a user's law with its gains, after a tenth of a second with it in a limited process.
+
+    The file is read there alone: what it does to its process, it does not do to this one.
+
+    Parameters
+    ----------
+    file : Path
+        A Python file with a class ``Law``.
+    gains : Path, optional
+        As for :func:`ur5_ros.bench.entries.load_entries`.
+    seconds : float
+        Wall-clock time that it gets.
 
     Raises
     ------
     InputError
-        If it raises, returns no six finite numbers, takes too long or too much memory.
+        If the law raises, returns no six finite numbers, takes too long or too much memory.
 
     """
-    control = [f'{key}={value!r}' for key, value in entry.control.items()]
-    found = run_limited(__name__, control, SECONDS)
-    if found.why:
-        raise InputError(f'{entry.name}: {found.why}')
-    if found.result['why']:
-        raise InputError(found.result['why'])
+    if file.is_dir():
+        raise InputError(f'{file} is a folder; give a Python file that defines class Law')
+    if not file.is_file():
+        raise InputError(f'no file {file}; give a Python file that defines class Law')
+    arguments = [str(file), *([] if gains is None else [str(gains.resolve())])]
+    found = run_limited(__name__, arguments, seconds, Path.cwd())
+    why = found.why or found.result['why']
+    if why:
+        raise InputError(why if str(file) in why else f'{file}: {why}')
     if found.result['period'] > SLOWEST:
-        raise InputError(f'{entry.name}: too late: it takes {1e3 * found.result["period"]:.3g} ms '
+        raise InputError(f'{file}: too late: it takes {1e3 * found.result["period"]:.3g} ms '
                          f'a period; give an answer within {1e3 * SLOWEST:g} ms')
+    return Entry(file.name, found.result['control'])
 
 
-def main(file: str, given: list[str]) -> None:
-    """Run the law and write what came of it."""
-    from ast import literal_eval
-    control = {key: literal_eval(value) for key, _, value in
-               (each.partition('=') for each in given)}
-    ordinary = {'mode': 'gravity_pd', 'kp': [100.0], 'kd': [5.0]}
+def probe(file: str, gains: str | None) -> dict[str, Any]:
+    """Run the law; return its parameters and what came of it."""
     try:
-        seconds = []
-        for chosen in (ordinary, control):
-            config = run_config('multi_sine', ARM, duration=_DURATION, control=chosen)
-            if chosen is control:
-                limit_memory()
-            began = time.perf_counter()
-            full_loop(config)
-            seconds.append(time.perf_counter() - began)
-        write_result(file, {'why': '', 'period': seconds[1] / (1000 * _DURATION)})
+        limit_resources()
+        entry = user_entry(file, None if gains is None else Path(gains))
+        config = run_config('multi_sine', ARM, duration=_DURATION, control=entry.control)
+        began = time.perf_counter()
+        full_loop(config)
+        return {'why': '', 'period': (time.perf_counter() - began) / (1000 * _DURATION),
+                'control': entry.control}
     except InputError as error:
-        write_result(file, {'why': str(error), 'period': 0.0})
+        return {'why': str(error)}
     except MemoryError:
-        write_result(file, {'why': 'the law takes more than 512 MB of memory', 'period': 0.0})
+        return {'why': 'the law takes more than 512 MB of memory'}
+
+
+def main(result: str, file: str, gains: str | None = None) -> None:
+    """Probe a law after an ordinary run, which loads what the package needs."""
+    ordinary = {'mode': 'gravity_pd', 'kp': [100.0], 'kd': [5.0]}
+    full_loop(run_config('multi_sine', ARM, duration=_DURATION, control=ordinary))
+    end_with(result, probe(file, gains))
 
 
 if __name__ == '__main__':
-    main(sys.argv[1], sys.argv[2:])
+    main(*sys.argv[1:])

@@ -65,8 +65,20 @@ def test_a_file_that_was_changed_is_read_again(tmp_path):
     (LAW.format(body='return [float("nan")] * 6'), 'torque of joint 1 is nan; return finite'),
     (LAW.format(body='return [0.0, 0.0, float("inf"), 0, 0, 0]'), 'torque of joint 3 is inf'),
     (LAW.format(body='return [0.0] * 5'), r'torque has the shape \(5,\); return six numbers'),
-    (LAW.format(body='return None'), r'torque has the shape \(\)|torque of joint'),
-    (LAW.format(body='return "far"'), 'ValueError: could not convert'),
+    (LAW.format(body='return None'), r'returns nothing \(None\); return six numbers or a Torque'),
+    (LAW.format(body='return "far"'), 'returns text; return six numbers'),
+    (LAW.format(body='return ["1"] * 6'), 'returns text'),
+    (LAW.format(body='return [1j] * 6'), 'returns complex numbers'),
+    (LAW.format(body='import numpy; return numpy.ones(6) * (1 + 0j)'), 'complex numbers'),
+    (LAW.format(body='yield 0.0'), 'returns no numbers but generator'),
+    (LAW.format(body='return [[0.0], [0.0, 1.0]]'), 'returns no numbers but list'),
+    (LAW.format(body='return [0.0] * 1000'), r'torque has the shape \(1000,\)'),
+    (LAW.format(body='state.q[0] = 1.0'), r'ValueError: .* read-only \(line 9\)'),
+    (LAW.format(body='reference.qdd[:] = 0.0'), r'ValueError: .* read-only \(line 9\)'),
+    (LAW.format(body='raise SystemExit(0)'), r'SystemExit: 0 \(line 9\)'),
+    (LAW.format(body='raise ValueError("a\\nb" + "x" * 100_000)'), r'ValueError: a bx{197} \(line 9\)'),
+    (LAW.format(body='raise ValueError("\\udcff\\x1b[31m")'), r'ValueError: \?\?\[31m'),
+    ('raise SystemExit(0)\n', r'SystemExit: 0 \(line 1\)'),
     (LAW.format(body='return 1 / 0'), r'ZeroDivisionError: division by zero \(line 9\)'),
     ('x = 1\n', r'defines no class Law; give it one with __init__\(arm, gains, parameters\)'),
     ('Law = 3\n', 'defines no class Law'),
@@ -85,9 +97,30 @@ def test_what_is_wrong_with_a_file_is_said_in_one_line(tmp_path, text, words):
     assert 'my_law.py' in str(refusal.value)
 
 
-def test_a_file_that_is_not_there_is_named():
+def test_a_file_that_is_not_there_or_a_folder_is_named(tmp_path):
     with pytest.raises(InputError, match=r'no file none\.py; give a Python file'):
         Controller(ARM, {'law_file': 'none.py'}, 1000)
+    with pytest.raises(InputError, match='is a folder; give a Python file'):
+        Controller(ARM, {'law_file': str(tmp_path)}, 1000)
+
+
+def test_a_file_that_is_no_text_is_refused_in_one_line(tmp_path):
+    file = tmp_path / 'my_law.py'
+    for content in (b'\xff\xfe\x00', b's = "\xe4"\n', b'x = 1\x00\n'):
+        file.write_bytes(content)
+        with pytest.raises(InputError, match='Error: ') as refusal:
+            Controller(ARM, {'law_file': str(file)}, 1000)
+        assert '\n' not in str(refusal.value) and 'my_law.py' in str(refusal.value)
+
+
+def test_what_raises_in_reset_is_said_in_one_line(tmp_path):
+    text = LAW.format(body='return [0.0] * 6') + '\n    def reset(self):\n        raise KeyError(3)\n'
+    file = tmp_path / 'my_law.py'
+    file.write_text(text, encoding='utf-8')
+    controller = Controller(ARM, {'law_file': str(file), 'kp': 50.0, 'kd': 5.0}, 1000)
+    controller.update(STATE)
+    with pytest.raises(InputError, match=r'my_law\.py: KeyError: 3 \(line 12\)'):
+        controller.update(LATER._replace(stamp=STATE.stamp + 2_000_000_000))
 
 
 def test_a_running_node_takes_no_file_from_the_network():

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from ur5_ros.bench.entries import load_bench, load_entries
 from ur5_ros.bench.perturbations import PERTURBATIONS, QUICK
-from ur5_ros.bench.probe import check_law
+from ur5_ros.bench.probe import probed_entry
 from ur5_ros.bench.report import markdown, summary, write_report
 from ur5_ros.bench.runs import jobs_of, run_jobs
 from ur5_ros.bench.tuning import CANDIDATES, CONDITIONS, tune, write_bench
@@ -23,9 +23,9 @@ def bench(law: Path | None, quick: bool, seeds: int, out: Path | None, scheduler
     screen = terminal.console()
     if tune_file is not None:
         return _tune(tune_file, workers, screen)
-    entries = load_entries(None if law is None else str(law), gains)
+    entries = load_entries(gains)
     if law is not None:
-        check_law(entries[-1])
+        entries.append(probed_entry(law, gains))
     names, seeds = (QUICK, 1) if quick else (tuple(PERTURBATIONS), seeds)
     jobs = jobs_of(entries, names, seeds, survival=not quick)
     folder = out if out is not None else Path('bench')

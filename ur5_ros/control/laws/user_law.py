@@ -3,8 +3,11 @@
 import importlib.util
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +20,11 @@ from ur5_ros.signals import ArmState, Reference, Torque
 
 #: The class that a file defines.
 CLASS = 'Law'
+#: Of a text that an exception of the file brings, so much is shown [characters].
+_LONGEST = 200
+#: Kinds of arrays that are no real numbers.
+_NO_NUMBERS = {'c': 'complex numbers', 'U': 'text', 'S': 'text', 'M': 'dates', 'm': 'times',
+               'V': 'records'}
 
 
 def load_law(file: str) -> type:
@@ -36,7 +44,8 @@ def load_law(file: str) -> type:
     """
     path = Path(file)
     if not path.is_file():
-        raise InputError(f'no file {file}; give a Python file that defines class {CLASS}')
+        what = f'{file} is a folder' if path.is_dir() else f'no file {file}'
+        raise InputError(f'{what}; give a Python file that defines class {CLASS}')
     return _load(str(path.resolve()), path.stat().st_mtime_ns)
 
 
@@ -51,7 +60,7 @@ def _load(file: str, _: int) -> type:
     sys.modules[name] = module  # dataclasses in it look their module up
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f'{file}: {reason(error, file)}; the file must be importable') from None
     law = getattr(module, CLASS, None)
     if not isinstance(law, type):
@@ -61,14 +70,39 @@ def _load(file: str, _: int) -> type:
 
 
 def reason(error: BaseException, file: str) -> str:
-    """Return an exception of somebody's file in one line, with the line where it arose."""
+    """Return an exception of a user's file in one line, with the line where it arose."""
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__)
              if frame.filename == file]
     if isinstance(error, SyntaxError) and error.filename == file:
         lines = [error.lineno]
-    text = ' '.join(str(getattr(error, 'msg', error)).split())
-    where = f' (line {lines[-1]})' if lines else ''
+    try:
+        text = ' '.join(str(getattr(error, 'msg', error)).split())
+    except Exception:  # its own text may be what is wrong
+        text = 'its text cannot be shown'
+    text = ''.join(c if c.isprintable() else '?' for c in text[:_LONGEST])
+    where = f' (line {lines[-1]})' if lines and lines[-1] else ''
     return f'{type(error).__name__}: {text}{where}'
+
+
+def real_numbers(given: Any) -> np.ndarray:
+    """
+    Return what a user's function gave, as real numbers.
+
+    Raises
+    ------
+    ValueError
+        If it gave something else, said in a few words: ``nothing (None)``, ``complex numbers``.
+
+    """
+    if given is None:
+        raise ValueError('nothing (None)')
+    try:
+        array = np.asarray(given)
+        if array.dtype.kind not in _NO_NUMBERS:
+            return np.array(array, dtype=float)  # a copy: it may go on using its own
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f'no numbers but {type(given).__name__}') from None
+    raise ValueError(_NO_NUMBERS[array.dtype.kind])
 
 
 class UserLaw(Law):
@@ -76,12 +110,9 @@ class UserLaw(Law):
 
     def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
         super().__init__(arm, gains, parameters)
-        self._file = str(Path(parameters.law_file).resolve())
         law = load_law(parameters.law_file)
-        try:
+        with _refusing(parameters.law_file):
             self._law = law(arm, gains, parameters)
-        except Exception as error:
-            raise self._refusal(error) from None
         if not callable(self._law):
             raise InputError(f'{parameters.law_file}: class {CLASS} has no __call__(state, '
                              'reference, dt)')
@@ -92,33 +123,52 @@ class UserLaw(Law):
         """Refuse what the class itself refuses in a method ``check``; else nothing is known."""
         law = load_law(parameters.law_file)
         if issubclass(law, Law) and law.check.__func__ is not Law.check.__func__:  # type: ignore
-            law.check(gains, parameters, arm, control_rate)
+            with _refusing(parameters.law_file):
+                law.check(gains, parameters, arm, control_rate)
 
     def reset(self) -> None:
         """Reset the law, where it has something to forget."""
         if hasattr(self._law, 'reset'):
-            self._law.reset()
+            with _refusing(self.parameters.law_file):
+                self._law.reset()
 
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
         """Return its torque, checked; where it gives six numbers, all but g(q) is feedback."""
+        file = self.parameters.law_file
+        with _refusing(file):
+            given = self._law(ArmState(state.stamp, *map(_read_only, state[1:])),
+                              Reference(*map(_read_only, reference)), dt)
         try:
-            given = self._law(state, reference, dt)
-            torque = np.array(given, dtype=float)
-        except InputError:
-            raise
-        except Exception as error:
-            raise self._refusal(error) from None
+            torque = real_numbers(given)
+        except ValueError as error:
+            raise InputError(f'{file}: the law returns {error}; return six numbers or a '
+                             'Torque') from None
         if torque.shape not in ((6,), (5, 6)):
-            raise InputError(f'{self.parameters.law_file}: the torque has the shape '
-                             f'{torque.shape}; return six numbers or a Torque')
+            raise InputError(f'{file}: the torque has the shape {torque.shape}; return six '
+                             'numbers or a Torque')
         if not np.isfinite(torque).all():
             joint = int(np.argmin(np.isfinite(torque).reshape(-1, 6).all(axis=0)))
-            raise InputError(f'{self.parameters.law_file}: the torque of joint {joint + 1} is '
+            raise InputError(f'{file}: the torque of joint {joint + 1} is '
                              f'{torque.reshape(-1, 6)[:, joint].sum()}; return finite numbers')
         if torque.shape == (5, 6):
             return Torque(*torque)
         g, zero = model_terms(state, self.arm)[2], np.zeros(6)
         return Torque(torque, zero, torque - g, zero, g)
 
-    def _refusal(self, error: Exception) -> InputError:
-        return InputError(f'{self.parameters.law_file}: {reason(error, self._file)}')
+
+@contextmanager
+def _refusing(file: str) -> Iterator[None]:
+    """Turn what a file raises into InputError, with its name."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f'{file}: {error}') from None
+    except (Exception, SystemExit) as error:
+        raise InputError(f'{file}: {reason(error, str(Path(file).resolve()))}') from None
+
+
+def _read_only(values: np.ndarray) -> np.ndarray:
+    """Return a view that the law cannot write through."""
+    view = values.view()
+    view.flags.writeable = False
+    return view
