@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from ur5_ros.bench.entries import LAWS, Candidate, Tuned, entry_of, load_bench, load_entries
 from ur5_ros.bench.perturbations import PERTURBATIONS, Conditions, conditions_of
-from ur5_ros.bench.probe import check_law
+from ur5_ros.bench.probe import probed_entry
 from ur5_ros.bench.report import summary, write_report
 from ur5_ros.bench.runs import Job, do_jobs, jobs_of, largest_payload, row_of, run_of
 from ur5_ros.bench.scores import SCORES, scores_of
@@ -100,31 +100,53 @@ def test_the_largest_payload_is_the_border_between_surviving_and_not():
     assert found == 8.0 or not survives(found + 0.125)
 
 
-def test_a_law_of_a_file_that_is_computed_torque_scores_like_computed_torque(tmp_path):
+def law_file(tmp_path, text):
     file = tmp_path / 'my_law.py'
-    file.write_text(LAW.format(body=RIGHT), encoding='utf-8')
-    entries = load_entries(str(file))
-    assert entries[-1].name == 'my_law.py'
-    check_law(entries[-1])
-    mine, own = (row_of(Job(each, 'payload', 3)) for each in
-                 (entries[-1], entry('computed_torque')))
+    file.write_text(text, encoding='utf-8')
+    return file
+
+
+def test_a_law_of_a_file_that_is_computed_torque_scores_like_computed_torque(tmp_path):
+    written = probed_entry(law_file(tmp_path, LAW.format(body=RIGHT)))
+    assert written.name == 'my_law.py'
+    mine, own = (row_of(Job(each, 'payload', 3)) for each in (written, entry('computed_torque')))
     for score in SCORES:
         assert_allclose(mine[score], own[score], rtol=1e-6)
+
+
+def test_a_law_that_does_not_weigh_by_m_gets_the_gains_of_one_that_does_not(tmp_path):
+    text = LAW.format(body=RIGHT).replace('class Law:', 'class Law:\n    weighed = False')
+    given = probed_entry(law_file(tmp_path, text)).control
+    assert given['kp'] == entry('gravity_pd').control['kp']
 
 
 @pytest.mark.parametrize(('body', 'words'), [
     ('return [float("nan")] * 6', 'torque of joint 1 is nan'),
     ('return [0.0] * 7', r'the torque has the shape \(7,\)'),
+    ('return None', r'returns nothing \(None\)'),
     ('import time; time.sleep(0.05); return [0.0] * 6', 'too late: it takes .* ms a period'),
     ('self.kept = bytearray(2**30); return [0.0] * 6', 'MemoryError|512 MB'),
     ('import os; os.abort()', r'ended by signal 6'),
+    ('import os; os._exit(0)', r'ended with code 0 before there was a result'),
+    ('raise SystemExit(0)', r'SystemExit: 0 \(line 9\)'),
 ])
 def test_a_law_that_cannot_run_is_refused_in_one_line(tmp_path, body, words):
-    file = tmp_path / 'my_law.py'
-    file.write_text(LAW.format(body=body), encoding='utf-8')
     with pytest.raises(InputError, match=words) as refusal:
-        check_law(load_entries(str(file))[-1])
-    assert '\n' not in str(refusal.value)
+        probed_entry(law_file(tmp_path, LAW.format(body=body)))
+    assert '\n' not in str(refusal.value) and 'my_law.py' in str(refusal.value)
+
+
+@pytest.mark.parametrize(('text', 'words'), [
+    ('x = 1\n', 'defines no class Law; give it one with __init__'),
+    ('while True:\n    pass\n', 'no result after 8 s; an endless loop'),
+    ('import os\nos._exit(0)\n', 'ended with code 0 before'),
+    ('import no_such_module\n', r"No module named 'no_such_module' \(line 1\)"),
+])
+def test_a_file_whose_import_is_wrong_is_refused_in_one_line_by_its_own_process(
+        tmp_path, text, words):
+    with pytest.raises(InputError, match=words) as refusal:
+        probed_entry(law_file(tmp_path, text), seconds=8.0 if 'while' in text else 60.0)
+    assert '\n' not in str(refusal.value) and 'my_law.py' in str(refusal.value)
 
 
 def test_a_law_that_loses_the_arm_is_a_row_and_no_crash():
@@ -174,9 +196,14 @@ def test_the_command_makes_table_and_report_in_a_minute(tmp_path):
     print(f'{time.monotonic() - began:.0f} s')
 
 
-def test_a_missing_law_file_is_bad_input(tmp_path):
+@pytest.mark.parametrize(('name', 'text', 'words'), [
+    ('none.py', None, 'no file'), ('', None, 'is a folder'),
+    ('my_law.py', 'raise SystemExit(0)\n', 'SystemExit: 0 (line 1)')])
+def test_a_law_file_that_is_none_is_bad_input(tmp_path, name, text, words):
+    if text is not None:
+        law_file(tmp_path, text)
     done = subprocess.run(
         [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench', '--law',
-         str(tmp_path / 'none.py')], capture_output=True, text=True, timeout=60, check=False)
+         str(tmp_path / name)], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 2
-    assert 'no file' in done.stderr and done.stderr.count('\n') == 1
+    assert words in done.stderr and done.stderr.count('\n') == 1

@@ -7,7 +7,7 @@ import numpy as np
 from ur5_ros.config import load_arm
 from ur5_ros.control.computed_torque import computed_torque
 from ur5_ros.control.gains import Gains
-from ur5_ros.course.exercise import Exercise, Line, WrongAnswer, compare
+from ur5_ros.course.exercise import Exercise, Line, WrongAnswer, checked, compare
 from ur5_ros.course.kinematics import configurations
 from ur5_ros.signals import ArmState, Reference
 from ur5_ros.sim.plant import Plant
@@ -24,12 +24,10 @@ def respond(controller: Any, state: ArmState, reference: Reference) -> tuple[int
                               *(part.copy() for part in reference))
     try:
         stamp, torque = given
-        torque = np.array(torque, dtype=float)
     except (TypeError, ValueError):
         raise WrongAnswer('update returns no pair of stamp and torque') from None
-    if torque.shape != (6,) or not np.isfinite(torque).all():
-        raise WrongAnswer('the torque is no array of six finite numbers')
-    return int(stamp), torque
+    return int(checked('update as its stamp', stamp, ())), checked(
+        'update as its torque', torque, (6,))
 
 
 def make(module: Any) -> Any:

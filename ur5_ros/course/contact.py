@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.config import load_arm
-from ur5_ros.course.exercise import Exercise, Line, WrongAnswer, answer, compare
+from ur5_ros.course.exercise import Exercise, Line, WrongAnswer, answer, checked, compare
 from ur5_ros.course.kinematics import configurations
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.model.kinematics import jacobian
@@ -59,9 +59,8 @@ def _observer(module: Any, random: np.random.Generator) -> tuple[str, str]:
         plant.apply_wrench(force.tolist(), [0.0] * 3)
         for _ in range(800):
             state = plant.state
-            got = np.array(observer.update(state.stamp, state.q, state.qd, state.effort), float)
-            if got.shape != (6,) or not np.isfinite(got).all():
-                raise WrongAnswer('update returns no six finite numbers')
+            got = checked('update', observer.update(
+                state.stamp, *(part.copy() for part in state[1:])), (6,))
             g = dynamics_terms(state.q, state.qd, ARM)[2]
             plant.step(g - stiffness * (state.q - middle) - 0.1 * stiffness * state.qd)
     finally:

@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ur5_ros.control.laws.user_law import real_numbers
+
 #: A number of the solution may differ from the oracle's by this, absolutely and relatively.
 TOLERANCE = 1e-6
 
@@ -48,10 +50,15 @@ def answer(module: Any, name: str, *arguments: Any, shape: tuple[int, ...]) -> n
         raise WrongAnswer(f'there is no function {name}')
     given = function(*(np.array(each) if isinstance(each, np.ndarray) else each
                        for each in arguments))
+    return checked(name, given, shape)
+
+
+def checked(name: str, given: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Return what a function of the solution gave; WrongAnswer unless finite, of the shape."""
     try:
-        array = np.array(given, dtype=float)
-    except (TypeError, ValueError):
-        raise WrongAnswer(f'{name} returns no numbers') from None
+        array = real_numbers(given)
+    except ValueError as error:
+        raise WrongAnswer(f'{name} returns {error}; it should return numbers') from None
     if array.shape != shape:
         raise WrongAnswer(f'{name} returns the shape {array.shape}; it should be {shape}')
     if not np.isfinite(array).all():

@@ -8,14 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.bench.limited_process import limit_memory, run_limited, write_result
+from ur5_ros.bench.limited_process import end_with, limit_resources, run_limited
 from ur5_ros.control.laws.user_law import reason
 from ur5_ros.course.exercise import Exercise, Line, Mark, WrongAnswer
+from ur5_ros.course.untouched import attributes, replaced
 from ur5_ros.errors import InputError
 
 EXERCISES = ('kinematics', 'dynamics', 'computed_torque', 'identification', 'friction', 'contact')
 #: Wall-clock time that a solution gets [s].
 SECONDS = 60.0
+
+_TOO_MUCH = 'more than 512 MB of memory'
 
 
 class Grade(NamedTuple):
@@ -68,7 +71,8 @@ def grade(name: str, file: Path, seed: int = 0, seconds: float = SECONDS) -> Gra
     """
     lines = exercise_named(name).lines
     if not file.is_file():
-        raise InputError(f'no file {file}; give the Python file of the solution')
+        what = f'{file} is a folder' if file.is_dir() else f'no file {file}'
+        raise InputError(f'{what}; give the Python file of the solution')
     found = run_limited(__name__, [name, str(file.resolve()), str(seed)], seconds)
     why = found.why or found.result['why']
     if why:
@@ -79,13 +83,20 @@ def grade(name: str, file: Path, seed: int = 0, seconds: float = SECONDS) -> Gra
 
 def judge(exercise: Exercise, file: str, seed: int) -> dict[str, Any]:
     """Return marks of a file in this process, or why it cannot be judged."""
+    before, marks = attributes(), []
     try:
         module = _load(file)
     except MemoryError:
-        return {'why': 'the import takes more than 512 MB of memory', 'marks': []}
-    except (Exception, SystemExit) as error:
+        return {'why': f'the import takes {_TOO_MUCH}', 'marks': []}
+    except BaseException as error:
         return {'why': f'the file cannot be imported: {reason(error, file)}', 'marks': []}
-    return {'why': '', 'marks': [_mark(line, module, file, seed) for line in exercise.lines]}
+    for line in exercise.lines:
+        marks.append(_mark(line, module, file, seed))
+        changed = replaced(before)
+        if changed:
+            return {'why': f'the file replaces {changed}; leave the packages as they are',
+                    'marks': []}
+    return {'why': '', 'marks': marks}
 
 
 def _mark(line: Line, module: Any, file: str, seed: int) -> Mark:
@@ -96,8 +107,8 @@ def _mark(line: Line, module: Any, file: str, seed: int) -> Mark:
     except WrongAnswer as error:
         why = str(error)
     except MemoryError:
-        why = 'it takes more than 512 MB of memory'
-    except (Exception, SystemExit) as error:
+        why = f'it takes {_TOO_MUCH}'
+    except BaseException as error:  # SystemExit and KeyboardInterrupt of the file's too
         why = reason(error, file)
     return Mark(line.name, 0.0 if why else line.points, line.points, why, mistake)
 
@@ -113,10 +124,10 @@ def _load(file: str) -> Any:
 
 
 def main(result: str, name: str, file: str, seed: str) -> None:
-    """Judge a file and write the result; the model is loaded before memory is limited."""
+    """Judge a file and end; the model is loaded before memory is limited."""
     exercise = exercise_named(name)
-    limit_memory()
-    write_result(result, judge(exercise, file, int(seed)))
+    limit_resources()
+    end_with(result, judge(exercise, file, int(seed)))
 
 
 if __name__ == '__main__':

@@ -14,7 +14,9 @@ from ur5_ros.course.grade import Grade, grade
 def grade_file(exercise: str, file: Path, seed: int, json: Path | None) -> int:
     """Judge a solution; see ``ur5 grade --help``."""
     found, screen = grade(exercise, file, seed), terminal.console()
-    for mark in found.marks:
+    if found.why:
+        terminal.show_text(screen, found.why)
+    for mark in () if found.why else found.marks:
         words = f'{mark.points:g}/{mark.of:g}  {mark.line}'
         words += f': {mark.reason}' if mark.reason else ''
         words += f' - {mark.mistake}' if mark.mistake else ''

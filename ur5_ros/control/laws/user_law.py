@@ -81,7 +81,7 @@ def reason(error: BaseException, file: str) -> str:
         text = 'its text cannot be shown'
     text = ''.join(c if c.isprintable() else '?' for c in text[:_LONGEST])
     where = f' (line {lines[-1]})' if lines and lines[-1] else ''
-    return f'{type(error).__name__}: {text}{where}'
+    return type(error).__name__ + (f': {text}' if text else '') + where
 
 
 def real_numbers(given: Any) -> np.ndarray:
