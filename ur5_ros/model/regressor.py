@@ -110,14 +110,14 @@ def dynamics_regressor(
     (6, 60)
 
     """
-    q, qd, qdd = np.broadcast_arrays(*(finite_array(name, x, (6,)) for name, x in
-                                       (('q', q), ('qd', qd), ('qdd', qdd))))
-    frames, lead = link_transforms(q, arm), q.shape[:-1]
+    q, qd, qdd = (finite_array(name, x, (6,)) for name, x in
+                  (('q', q), ('qd', qd), ('qdd', qdd)))
+    lead = np.broadcast_shapes(q.shape, qd.shape, qdd.shape)[:-1]
+    frames = _of_shape(link_transforms(q, arm), (*lead, 6, 4, 4))  # one pose serves all speeds
     y = np.empty((*lead, 6, 60))
     kernels.regressor.run(
-        math.prod(lead), [np.ascontiguousarray(frames).reshape(-1, 4),
-                          np.ascontiguousarray(qd).reshape(-1),
-                          np.ascontiguousarray(qdd).reshape(-1)],
+        math.prod(lead), [frames.reshape(-1, 4), *(_of_shape(each, (*lead, 6)).reshape(-1)
+                                                   for each in (qd, qdd))],
         [np.array(arm.gravity, dtype=float)], [y.reshape(-1, 60)])
     return y
 
@@ -159,3 +159,8 @@ def base_parameters(arm: ArmParameters, states: int = 400) -> BaseParameters:
     combination[np.arange(columns.size), columns] = 1.0
     combination[:, others] = folded
     return BaseParameters(columns, combination, float(np.linalg.cond(y[:, columns])))
+
+
+def _of_shape(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return a contiguous array of a shape, its rows repeated where they have to be."""
+    return np.ascontiguousarray(array if array.shape == shape else np.broadcast_to(array, shape))
