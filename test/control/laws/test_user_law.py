@@ -76,7 +76,8 @@ def test_a_file_that_was_changed_is_read_again(tmp_path):
     (LAW.format(body='state.q[0] = 1.0'), r'ValueError: .* read-only \(line 9\)'),
     (LAW.format(body='reference.qdd[:] = 0.0'), r'ValueError: .* read-only \(line 9\)'),
     (LAW.format(body='raise SystemExit(0)'), r'SystemExit: 0 \(line 9\)'),
-    (LAW.format(body='raise ValueError("a\\nb" + "x" * 100_000)'), r'ValueError: a bx{197} \(line 9\)'),
+    (LAW.format(body='raise ValueError("a\\nb" + "x" * 100_000)'),
+     r'ValueError: a bx{197} \(line 9\)'),
     (LAW.format(body='raise ValueError("\\udcff\\x1b[31m")'), r'ValueError: \?\?\[31m'),
     ('raise SystemExit(0)\n', r'SystemExit: 0 \(line 1\)'),
     (LAW.format(body='return 1 / 0'), r'ZeroDivisionError: division by zero \(line 9\)'),
@@ -114,7 +115,8 @@ def test_a_file_that_is_no_text_is_refused_in_one_line(tmp_path):
 
 
 def test_what_raises_in_reset_is_said_in_one_line(tmp_path):
-    text = LAW.format(body='return [0.0] * 6') + '\n    def reset(self):\n        raise KeyError(3)\n'
+    text = LAW.format(body='return [0.0] * 6')
+    text += '\n    def reset(self):\n        raise KeyError(3)\n'
     file = tmp_path / 'my_law.py'
     file.write_text(text, encoding='utf-8')
     controller = Controller(ARM, {'law_file': str(file), 'kp': 50.0, 'kd': 5.0}, 1000)
