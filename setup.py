@@ -72,6 +72,8 @@ setup(
         'identify': ['clarabel>=0.10', 'cvxpy-base>=1.6'],
         'symbolic': ['sympy>=1.12'],
         'sweep': ['dask[distributed]>=2024.8', 'polars>=1'],
+        # what runs docs/course/*.ipynb; docs/decisions/notebooks.md
+        'notebooks': ['ipykernel', 'matplotlib>=3.8', 'nbclient', 'nbformat'],
         'export': ['polars>=1', 'rerun-sdk>=0.24'],
         'view': ['viser>=1.1', 'imageio-ffmpeg>=0.5', 'pillow>=10', 'trimesh>=4'],
         'bench': ['eaik>=1.2', 'mujoco>=3', 'pin>=3', 'rosbags>=0.10', 'mcap-ros2-support>=0.5',

@@ -17,7 +17,7 @@ ALWAYS = ['setuptools<80', 'pip']
 NEWEST = '3.13'
 EXTRAS = {
     'runtime': 'ros,view,identify',
-    'all': 'ros,view,identify,symbolic,sweep,bench,export,test,docs',
+    'all': 'ros,view,identify,symbolic,sweep,bench,export,notebooks,test,docs',
 }
 HEADER = """\
 # Locked by requirements/lock.py (make lock) for Linux x86-64, CPython 3.11 to 3.13.
