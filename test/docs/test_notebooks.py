@@ -1,4 +1,4 @@
-"""The notebooks of the course run from the first cell to the last and say what they are kept with."""
+"""The notebooks of the course run from first to last cell and say what they are kept with."""
 
 import sys
 from pathlib import Path
