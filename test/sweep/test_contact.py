@@ -3,7 +3,7 @@
 import pytest
 
 from ur5_ros.errors import InputError
-from ur5_ros.sweep.run import plan_of, row_of
+from ur5_ros.sweep.run import config_of, row_of
 from ur5_ros.sweep.spec import expand, parse_sweep
 
 SPEC = ('name: walls\nexperiment: tap_wall\nduration: 1.0\njudge: checks\n'
@@ -22,4 +22,4 @@ def test_an_unknown_world_is_refused_before_the_first_run():
                                     'sim.world: [wall, moon]'), 'test')
     with pytest.raises(InputError, match='unknown world'):
         for run in expand(spec):
-            plan_of(spec, run)
+            config_of(spec, run)

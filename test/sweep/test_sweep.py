@@ -17,7 +17,7 @@ import pytest
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.engine import batch_size, lost_row, run_batch, run_sweep
 from ur5_ros.sweep.report import write_report
-from ur5_ros.sweep.run import check_success, plan_of, row_of
+from ur5_ros.sweep.run import check_success, config_of, row_of
 from ur5_ros.sweep.spec import expand, load_sweep, number_of_runs, parse_sweep
 from ur5_ros.sweep.summary import heat_maps, overall, rate_of, rates_by, worst_runs
 from ur5_ros.sweep.table import SweepFolder, open_sweep
@@ -264,7 +264,7 @@ def test_what_cannot_run_is_refused_by_name_before_anything_starts(text, named):
     spec = spec_of('name: trial\n' + text)
     with pytest.raises(InputError, match='.*'.join(named.split())):
         for run in expand(spec):
-            plan_of(spec, run)
+            config_of(spec, run)
 
 
 def test_a_run_that_diverges_is_a_row(tmp_path):
@@ -326,7 +326,7 @@ def test_shipped_sweeps_can_run_and_say_what_they_ask(repo):
         runs = list(expand(spec))
         assert len(runs) == number_of_runs(spec) <= 200
         for run in runs:
-            plan_of(spec, run)
+            config_of(spec, run)
 
 
 def test_tasks_are_neither_tiny_nor_long():

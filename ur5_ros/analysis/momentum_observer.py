@@ -14,7 +14,7 @@ def external_torque(
     gain: float, known: np.ndarray | None = None,
 ) -> np.ndarray:
     r"""
-    Return the external joint torque that the generalised momentum p = M qd tells of.
+    Return the external joint torque that the generalised momentum p = M qd shows.
 
     .. math:: r = K \left(p - \int (\tau + C^T \dot q - g + r) dt - p(0)\right)
 

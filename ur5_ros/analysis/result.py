@@ -76,12 +76,12 @@ class Result:
 
     @property
     def controller_judged(self) -> bool:
-        """Whether the checks say anything about the controller."""
+        """Whether the checks judge the controller."""
         return not any(check.name == 'controller' for check in self.checks)
 
     @property
     def headline(self) -> str:
-        """The verdict in words: a pass without a reference says nothing of the controller."""
+        """The verdict in words: a pass without a reference does not judge the controller."""
         if self.passed and not self.controller_judged:
             simulator = self.about.get('simulator') or {}
             passed = 'simulation consistent' if simulator.get('parameters') else PASS

@@ -33,11 +33,13 @@ class BagWriter:
     A rosbag2 folder that is being written: metadata.yaml and ``<folder>_<n>.mcap``.
 
     No method raises because of the disk: after the first error nothing more is written,
-    ``failure`` says why, and ``lost`` counts the messages that are in no file.
+    ``failure`` is the reason, and ``lost`` counts the messages that are in no file.
 
     ``folder``: the bag; it must not exist; ``description``: stands in every file and in
     ``custom_data`` of metadata.yaml; ``max_duration``: log time in one file [s]; 0 = no limit;
-    ``max_size``: size of one file [bytes]; 0 = no limit.
+    ``max_size``: size of one file [bytes]; 0 = no limit;
+    ``blocking``: :meth:`write` waits for the disk instead of dropping messages, for everything
+    that is no control loop.
 
     """
 

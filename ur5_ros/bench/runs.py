@@ -81,12 +81,12 @@ def run_of(entry: Entry, conditions: Conditions, error: np.ndarray) -> dict[str,
     try:
         arm = load_arm(ARM)
         at_wall = conditions.experiment != 'multi_sine'
-        plan = run_config(
+        config = run_config(
             conditions.experiment, ARM, control_rate=conditions.control_rate,
             duration=DURATION,
             initial_error=None if at_wall else error.tolist(),
             sim=conditions.sim, control=entry.control)
-        scores = scores_of(full_loop(plan, conditions.sim_arm(arm), conditions.control_arm(arm)))
+        scores = scores_of(full_loop(config, conditions.sim_arm(arm), conditions.control_arm(arm)))
     except (InputError, ArithmeticError, np.linalg.LinAlgError) as refusal:
         return dict.fromkeys(SCORES) | {'survived': False, 'why': str(refusal)}
     lost = not scores['max_error'] <= conditions.survives

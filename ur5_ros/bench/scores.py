@@ -21,7 +21,7 @@ def scores_of(run: LoopRun) -> dict[str, float]:
     exact = run.truth
     q, qd = (run.q, run.qd) if exact is None else (exact.q, exact.qd)
     effort = run.effort if exact is None else exact.effort
-    period = 1.0 / run.plan.sim.control_rate
+    period = 1.0 / run.config.sim.control_rate
     error = (q - run.reference.q)[round(SETTLING / period):]
     return {
         'rms_error': float(np.sqrt(np.mean(error**2))),

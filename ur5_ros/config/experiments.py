@@ -49,7 +49,7 @@ class _Experiment(Record, frozen=True, kw_only=True):
     start_degrees: Six
     """Manufacturer's joint angles where the motion begins."""
     start_position: Three | None = None
-    """Where the tool begins in base [m]: ``start_degrees`` then only say which branch."""
+    """Where the tool begins in base [m]: ``start_degrees`` then only choose the branch."""
     start_rpy_degrees: Three = msgspec.field(default_factory=lambda: [180.0, 0.0, 0.0])
     """Roll, pitch, yaw of the tool there."""
     world: str = EMPTY

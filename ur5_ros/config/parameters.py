@@ -218,7 +218,7 @@ CONTROL_PARAMETERS = (
     Parameter('state_timeout', 1.0, 'Wall-clock silence after which the states are reported '
               'missing [s].', 1e-3, 86400.0, live=True),
     Parameter('max_state_jump', 0.5, 'A joint that moves further between two states is not '
-              'believed [rad].', 1e-6, 1e3, live=True),
+              'accepted [rad].', 1e-6, 1e3, live=True),
     Parameter('monitor_rate', 50.0, 'Rate of ~/error, ~/tool_pose, ~/reference_pose and '
               '~/torque_parts [Hz of simulated time]; 0 = never.', 0.0, 10000.0),
 )

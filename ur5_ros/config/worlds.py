@@ -122,13 +122,13 @@ def load_world(name: str) -> World:
 
 
 def world_from(parameters: SimParameters) -> World:
-    """Return the world of a run, as ``world``, ``contact.*`` and ``arm`` of the simulator say."""
+    """Return the world of a run, from ``world``, ``contact.*`` and ``arm`` of the simulator."""
     world = with_contact(load_world(parameters.world), parameters.by_name())
     return world if world.tool else msgspec.structs.replace(world, tool=arm_tool(parameters.arm))
 
 
 def with_contact(world: World, parameters: Mapping[str, Any]) -> World:
-    """Return a world whose bodies touch as the parameters ``contact.*`` say, -1 left out."""
+    """Return a world with the parameters ``contact.*`` in its bodies, -1 left out."""
     changes = {key: parameters[f'contact.{key}'] for key in _REPLACED
                if parameters[f'contact.{key}'] >= 0.0}
     if not changes:

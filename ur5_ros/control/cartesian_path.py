@@ -8,7 +8,7 @@ from ur5_ros.control.profiles import Curve, ToolSamples, quintic_rise
 from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import rotation_about, rotation_vector
 
-#: A turn by one radian counts as this length of way [m] (assumed: the size of a tool).
+#: A turn by one radian counts as this length of path [m] (assumed: the size of a tool).
 TURN_LENGTH = 0.2
 #: Tool acceleration of paths that are timed by a speed [m/s^2] (assumed: a gentle start).
 TOOL_ACCELERATION = 0.5
@@ -26,11 +26,11 @@ class StraightLines:
         turn = _turns(poses[:, :3, :3])
         angle = np.linalg.norm(turn, axis=1)
         length = np.maximum(np.linalg.norm(move, axis=1), TURN_LENGTH * angle)
-        way = np.concatenate([[0.0], np.cumsum(length)])
+        distance = np.concatenate([[0.0], np.cumsum(length)])
         kept = length > 0.0
         per_length = np.concatenate([move[kept], turn[kept]], axis=1) / length[kept, None]
-        self._law = law_of(way, _stops(per_length, kept))
-        self._way, self._length = way[:-1][kept], way[-1]
+        self._law = law_of(distance, _stops(per_length, kept))
+        self._distance, self._length = distance[:-1][kept], distance[-1]
         self._pose = poses[:-1][kept]
         self._direction = per_length
         self._angle = (angle / np.where(kept, length, 1.0))[kept]
@@ -40,18 +40,18 @@ class StraightLines:
 
     @property
     def length(self) -> float:
-        """Length of way [m], a turn by one radian counted as :data:`TURN_LENGTH`."""
+        """Length of path [m], a turn by one radian counted as :data:`TURN_LENGTH`."""
         return float(self._length)
 
     def __call__(self, t: np.ndarray) -> ToolSamples:
         """Return the tool at n times [s]."""
-        if not self._way.size:
+        if not self._distance.size:
             zero = np.zeros((t.size, 6))
             return ToolSamples(np.repeat(self._still, t.size, axis=0), zero, zero)
         s = self._law(t)
-        leg = np.searchsorted(self._way, s.value, side='right') - 1
-        leg = np.clip(leg, 0, self._way.size - 1)
-        along = (s.value - self._way[leg])[:, None]
+        leg = np.searchsorted(self._distance, s.value, side='right') - 1
+        leg = np.clip(leg, 0, self._distance.size - 1)
+        along = (s.value - self._distance[leg])[:, None]
         pose = self._pose[leg]
         pose[:, :3, 3] += along * self._direction[leg, :3]
         spin = rotation_about(self._axis[leg], along[:, 0] * self._angle[leg])
@@ -66,7 +66,7 @@ def straight_legs(poses: np.ndarray, times: np.ndarray) -> StraightLines:
 
     ``poses`` (n, 4, 4): where to pass; ``times`` (n,): when [s], increasing.
     """
-    return StraightLines(poses, lambda way, stops: _timed(way, times, np.ones_like(stops)))
+    return StraightLines(poses, lambda s, stops: _timed(s, times, np.ones_like(stops)))
 
 
 def stamped_path(poses: np.ndarray, times: np.ndarray) -> StraightLines:
@@ -80,7 +80,7 @@ def stamped_path(poses: np.ndarray, times: np.ndarray) -> StraightLines:
         i = int(early[0])
         raise InputError(f'pose {i + 2} has the time {times[i + 1]:.6f} s, pose {i + 1} '
                          f'{times[i]:.6f} s; give increasing stamps, or none to use tool_speed')
-    return StraightLines(poses, lambda way, stops: _timed(way, times, stops))
+    return StraightLines(poses, lambda s, stops: _timed(s, times, stops))
 
 
 def speed_path(poses: np.ndarray, speed: float) -> tuple[StraightLines, float]:
@@ -92,8 +92,8 @@ def speed_path(poses: np.ndarray, speed: float) -> tuple[StraightLines, float]:
     """
     durations = []
 
-    def law_of(way: np.ndarray, stops: np.ndarray) -> Law:
-        law, duration = _paced(way[stops.astype(bool)], speed)
+    def law_of(distance: np.ndarray, stops: np.ndarray) -> Law:
+        law, duration = _paced(distance[stops.astype(bool)], speed)
         durations.append(duration)
         return law
 
@@ -111,17 +111,17 @@ def _stops(per_length: np.ndarray, kept: np.ndarray) -> np.ndarray:
     return stops
 
 
-def _timed(way: np.ndarray, times: np.ndarray, stops: np.ndarray) -> Law:
+def _timed(distance: np.ndarray, times: np.ndarray, stops: np.ndarray) -> Law:
     """
-    Return way(t) through all (time, way): quintic pieces without acceleration at the poses.
+    Return distance(t) through all points: quintic pieces without acceleration at the poses.
 
     Where the tool does not stop it passes at the harmonic mean of the neighbouring mean speeds;
     that is at most twice the lesser one, so that it never runs backwards.
 
     """
     span = np.diff(times)
-    mean = np.diff(way) / span
-    speed = np.zeros(way.size)
+    mean = np.diff(distance) / span
+    speed = np.zeros(distance.size)
     inner = ~stops.astype(bool)[1:-1]
     before, after = mean[:-1][inner], mean[1:][inner]
     speed[1:-1][inner] = 2.0 * before * after / (before + after)
@@ -132,10 +132,10 @@ def _timed(way: np.ndarray, times: np.ndarray, stops: np.ndarray) -> Law:
         x = (t - times[i]) / h
         rise = quintic_rise(x, 1.0)
         lead, trail = _slopes(x)
-        step, v0, v1 = way[i + 1] - way[i], speed[i] * h, speed[i + 1] * h
+        step, v0, v1 = distance[i + 1] - distance[i], speed[i] * h, speed[i + 1] * h
         parts = [step * r + v0 * a + v1 * b
                  for r, a, b in zip(rise, lead, trail, strict=True)]
-        return Curve(way[i] + parts[0], parts[1] / h, parts[2] / (h * h))
+        return Curve(distance[i] + parts[0], parts[1] / h, parts[2] / (h * h))
 
     return law
 
@@ -157,31 +157,31 @@ def _slopes(x: np.ndarray) -> tuple[Curve, Curve]:
 
 
 def _paced(stops: np.ndarray, speed: float) -> tuple[Law, float]:
-    """Return way(t) from stop to stop: the speed rises and falls as a quintic."""
+    """Return distance(t) from stop to stop: the speed rises and falls as a quintic."""
     length = np.diff(stops)
     cruise = np.minimum(speed, np.sqrt(length * TOOL_ACCELERATION / 1.875))
     ramp = 1.875 * cruise / TOOL_ACCELERATION  # the steepest slope of the quintic is 1.875
     duration = ramp + length / np.where(cruise > 0.0, cruise, 1.0)
-    begin = np.concatenate([[0.0], np.cumsum(duration)])
+    times = np.concatenate([[0.0], np.cumsum(duration)])
 
     def law(t: np.ndarray) -> Curve:
-        i = np.clip(np.searchsorted(begin, t, side='right') - 1, 0, length.size - 1)
-        t = np.minimum(t, begin[-1]) - begin[i]
+        i = np.clip(np.searchsorted(times, t, side='right') - 1, 0, length.size - 1)
+        t = np.minimum(t, times[-1]) - times[i]
         up = _ramp(t, ramp[i])
         down = _ramp(t - (duration[i] - ramp[i]), ramp[i])
         return Curve(*(a + cruise[i] * (u - d) for a, u, d in
                        zip((stops[i], 0.0, 0.0), up, down, strict=True)))
 
-    return law, float(begin[-1])
+    return law, float(times[-1])
 
 
 def _ramp(t: np.ndarray, length: np.ndarray) -> Curve:
-    """Return the way under a speed that rises from 0 to 1 within ``length``, and goes on."""
+    """Return the distance under a speed that rises from 0 to 1 within ``length``, and goes on."""
     length = np.where(length > 0.0, length, 1.0)
     x = np.clip(t / length, 0.0, 1.0)
     rise = quintic_rise(x, 1.0)
-    way = length * x**4 * (2.5 - 3.0 * x + x * x) + np.maximum(t - length, 0.0)
-    return Curve(way, rise.value, rise.rate / length)
+    distance = length * x**4 * (2.5 - 3.0 * x + x * x) + np.maximum(t - length, 0.0)
+    return Curve(distance, rise.value, rise.rate / length)
 
 
 def _turns(rotations: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The paper's law, eq (11): the torque with which the error obeys e'' + Kd e' + Kp e = 0."""
+"""The paper's law, eq (11): the torque with which the error follows e'' + Kd e' + Kp e = 0."""
 
 import numpy as np
 

@@ -139,7 +139,7 @@ class Controller:
         ------
         InputError
             If the state cannot be answered: it is not finite and there was none before it, too
-            many in a row were not believed, or the torque is not finite.
+            many in a row were implausible, or the torque is not finite.
 
         """
         stamp, last = state.stamp, self._output
@@ -200,7 +200,7 @@ class Controller:
         stamp = state.stamp
         if status is StateStatus.FOLLOWS:
             self._watch_limits(state)
-        elif status is StateStatus.UNBELIEVED:
+        elif status is StateStatus.IMPLAUSIBLE:
             self._counts['unbelieved_states'] += 1
             state = self._validator.last or state
         else:

@@ -43,12 +43,12 @@ def initial_positions(spec: Experiment, arm: ArmParameters) -> np.ndarray:
     """
     zero = np.zeros(1)
     if isinstance(spec, JointStep):
-        begin = _step(spec, arm).at(0).q
+        first = _step(spec, arm).at(0).q
     elif isinstance(spec, JointWaves):
-        begin = joint_waves(zero, spec).q[0]
+        first = joint_waves(zero, spec).q[0]
     else:
-        begin = follow(_tool_samples(spec, zero, arm), zero, _start(spec), arm, 0.0)[0].q[0]
-    return begin + np.array(spec.initial_error)
+        first = follow(_tool_samples(spec, zero, arm), zero, _start(spec), arm, 0.0)[0].q[0]
+    return first + np.array(spec.initial_error)
 
 
 def experiment_trajectory(

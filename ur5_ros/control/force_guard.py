@@ -10,13 +10,13 @@ from ur5_ros.signals import ArmState
 
 #: Gain of the observer [1/s]: a step of the force shows to 63 % after 20 ms.
 GAIN = 50.0
-#: Singular values of J below this share of the largest say nothing of a force.
+#: Singular values of J below this share of the largest do not determine a force.
 _SMALLEST = 1e-2
 
 
 class ForceGuard:
     """
-    What :class:`~ur5_ros.control.momentum_observer.MomentumObserver` says of the tool.
+    What :class:`~ur5_ros.control.momentum_observer.MomentumObserver` gives for the tool.
 
     Friction that the arm record does not have counts as a force: give a threshold above it.
 

@@ -208,5 +208,5 @@ def _check_between(spline: JointSpline, times: list[int], arm: ArmParameters) ->
     check_limits(table, (knots[:-1, None] + t).ravel(), arm)
     if spline.bridge is not None:
         t = np.linspace(0.0, min(spline.bridge[0], knots[-1]), _SAMPLES_PER_SEGMENT)
-        begin = [spline.at(round(time * SECOND)) for time in t]
-        check_limits(Reference(*(np.array(part) for part in zip(*begin, strict=True))), t, arm)
+        states = [spline.at(round(time * SECOND)) for time in t]
+        check_limits(Reference(*(np.array(part) for part in zip(*states, strict=True))), t, arm)

@@ -108,13 +108,13 @@ def plan_path(
                          'parts')
     motion, branch = tool_motion(lines, duration, settings.control_rate, start.q, settings.arm,
                                  settings.singularity_margin)
-    begin = motion.at(0).q
-    jump = np.abs(begin - start.q)
+    first = motion.at(0).q
+    jump = np.abs(first - start.q)
     if jump.max() > settings.max_joint_jump:
         raise InputError(f'joint {int(jump.argmax()) + 1} would have to turn by '
                          f'{jump.max():.4f} rad '
                          f'to the first pose; max_joint_jump is {settings.max_joint_jump:g}')
-    approach = point_to_point(start, begin, settings.motion_limits, settings.arm)
+    approach = point_to_point(start, first, settings.motion_limits, settings.arm)
     return Plan(TrajectorySequence(approach, motion, settings.control_rate), branch)
 
 
@@ -126,8 +126,8 @@ def plan_experiment(
     """Return the motion to where an experiment begins, and the experiment."""
     if experiment is None:
         raise InputError('no experiment is set; start the node with the parameter experiment')
-    begin = experiment.trajectory.at(0)
-    approach = point_to_point(start, begin.q, settings.motion_limits, settings.arm, begin.qd)
+    first = experiment.trajectory.at(0)
+    approach = point_to_point(start, first.q, settings.motion_limits, settings.arm, first.qd)
     return Plan(TrajectorySequence(approach, experiment.trajectory, settings.control_rate),
                 experiment.branch)
 

@@ -23,7 +23,7 @@ class StateStatus(Enum):
     RESTARTED = 'clock went back'
     GAP = 'clock jumped ahead'
     MOVED = 'arm was moved'
-    UNBELIEVED = 'not believed'
+    IMPLAUSIBLE = 'implausible'
 
 
 class StateValidator:
@@ -41,11 +41,11 @@ class StateValidator:
         """
         Return the status of a state; remember the state if it is accepted.
 
-        A joint that jumps is not believed; when the next state confirms the new place, the arm
-        was moved (a reset of the simulator).
+        A state in which a joint jumps is not accepted; when the next state confirms the new place,
+        the arm was moved (a reset of the simulator).
 
         ``largest_jump``: how far a joint may move between two states [rad].  Returned: all but
-        UNBELIEVED make ``state`` the last accepted one.
+        IMPLAUSIBLE make ``state`` the last accepted one.
         """
         last = self.last
         if not sum(map(abs, [*state.q.tolist(), *state.qd.tolist()])) < LARGEST_STATE:  # or NaN
@@ -86,7 +86,7 @@ class StateValidator:
         self._run += 1
         if self.last is None or self._run > LARGEST_RUN:
             raise InputError(f'{sentence} at stamp {state.stamp} ns; not answered')
-        return StateStatus.UNBELIEVED
+        return StateStatus.IMPLAUSIBLE
 
 
 def joint_beyond(state: ArmState, limits: Limits) -> int | None:

@@ -25,7 +25,7 @@ def plan_rest(settings: Settings, state: ArmState) -> Plan:
 
 def plan_autostart(settings: Settings, start: Reference, experiment: ExperimentTrajectory) -> Plan:
     """Return the experiment begun now, or approached where the arm stands far from it."""
-    begin = experiment.trajectory.at(0).q
-    if np.abs(start.q - begin).max() <= START_DISTANCE:
+    first = experiment.trajectory.at(0).q
+    if np.abs(start.q - first).max() <= START_DISTANCE:
         return Plan(experiment.trajectory, experiment.branch)
     return plan_experiment(settings, start, experiment)

@@ -76,7 +76,7 @@ def _stamp(module: Any, random: np.random.Generator) -> tuple[str, str]:
 
 
 def _loop(module: Any, random: np.random.Generator) -> tuple[str, str]:
-    """The arm of PyBullet follows sines from an error at the start, as eq. (12) says."""
+    """The arm of PyBullet follows sines from an error at the start, by eq. (12)."""
     middle = np.array([0.0, -1.4, 1.4, -1.5, -1.4, 0.2])
     size, speed = random.uniform(0.05, 0.2, 6), random.uniform(1.0, 3.0, 6)
     start_error = random.uniform(-0.05, 0.05, 6)

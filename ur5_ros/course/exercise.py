@@ -1,4 +1,4 @@
-"""What an exercise is: lines with points, each a check of what somebody's file computes."""
+"""What an exercise is: lines with points, each a check of what the solution's file computes."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple

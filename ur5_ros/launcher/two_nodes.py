@@ -23,22 +23,22 @@ _ONE = {'closed_loop': ('closed_loop', {'sim': f'{SIM_NODE}:', 'control': f'{CON
 
 
 def run_two_nodes(
-    plan: RunConfig, folder: Path, progress: Callable[[float], None] = lambda seconds: None,
+    config: RunConfig, folder: Path, progress: Callable[[float], None] = lambda seconds: None,
     composed: bool = False,
 ) -> float:
     """
     Run both nodes until the simulator has reached the end, recording into ``folder``.
 
-    ``plan``: parameters of both; ``bag`` is set here; ``folder``: run folder, which exists and is
-    empty; ``progress``: gets the simulated time [s] every tenth of a second.  Returned: wall-clock
-    time from the first state that was answered to the last state [s].
+    ``config``: parameters of both; ``bag`` is set here; ``folder``: run folder, which exists
+    and is empty; ``progress``: gets the simulated time [s] every tenth of a second.  Returned:
+    wall-clock time from the first state that was answered to the last state [s].
     """
-    parameters: dict[str, NodeParameters] = {'sim': plan.sim, 'control': plan.control}
+    parameters: dict[str, NodeParameters] = {'sim': config.sim, 'control': config.control}
     with tempfile.TemporaryDirectory(prefix='ur5-run-') as logs, \
             NodeProcesses(Path(logs)) as nodes:
         nodes.environment.setdefault('ROS_LOG_DIR', logs)
         processes = _ONE if composed else _TWO
-        if plan.sim.lockstep and not composed:
+        if config.sim.lockstep and not composed:
             nodes.environment.setdefault('UR5_ROS_CORE', shared_core())
         for process, (module, prefixes) in processes.items():
             given = {prefix + key: value for node, prefix in prefixes.items()
@@ -47,7 +47,7 @@ def run_two_nodes(
                       for node, prefix in prefixes.items()}
             nodes.start(process, f'ur5_ros.nodes.{module}', given)
         try:
-            _watch(nodes, list(processes), BagGrowth(folder / 'sim'), plan, progress)
+            _watch(nodes, list(processes), BagGrowth(folder / 'sim'), config, progress)
             for process, (module, _) in processes.items():
                 code = nodes.end(process)
                 if code != 0:
@@ -60,7 +60,7 @@ def run_two_nodes(
     return float(times[-1] - times[1]) * 1e-9 if len(times) > 2 else 0.0
 
 
-def _watch(nodes: NodeProcesses, processes: list[str], growth: BagGrowth, plan: RunConfig,
+def _watch(nodes: NodeProcesses, processes: list[str], growth: BagGrowth, config: RunConfig,
            progress: Callable[[float], None]) -> None:
     """Wait for the simulator's end."""
     sim, *others = processes
@@ -69,7 +69,7 @@ def _watch(nodes: NodeProcesses, processes: list[str], growth: BagGrowth, plan: 
         now = time.monotonic()
         if growth.messages() > states:
             states, moved = growth.messages(), now
-            progress(min(states / plan.sim.control_rate, plan.duration))
+            progress(min(states / config.sim.control_rate, config.duration))
         for other in others:
             code = nodes.poll(other)
             if code is not None and nodes.wait(sim, GRACE) is None:

@@ -16,15 +16,15 @@ from ur5_ros.sim.plant import Plant
 from ur5_ros.sim.world.publication import ContactPublication
 
 
-def run_closed_loop(plan: RunConfig, folder: Path | str | None = None) -> LoopRun:
+def run_closed_loop(config: RunConfig, folder: Path | str | None = None) -> LoopRun:
     """
-    Run plant and law against each other for the duration of a plan.
+    Run plant and law against each other for the duration of a configuration.
 
     Same states and commands to the last bit as the two nodes in lockstep.
 
     Parameters
     ----------
-    plan : RunConfig
+    config : RunConfig
         Parameters of both sides.
     folder : path, optional
         Run folder to record into, ``sim`` and ``control`` as the nodes do; nothing is recorded
@@ -50,26 +50,26 @@ def run_closed_loop(plan: RunConfig, folder: Path | str | None = None) -> LoopRu
     'pass'
 
     """
-    run = rollout(plan) or full_loop(plan)
+    run = rollout(config) or full_loop(config)
     if folder is not None:
         record(run, Path(folder))
     return run
 
 
-def full_loop(plan: RunConfig, sim_arm: ArmParameters | None = None,
+def full_loop(config: RunConfig, sim_arm: ArmParameters | None = None,
               control_arm: ArmParameters | None = None) -> LoopRun:
-    """Run Plant and Controller as the nodes run them; with other arms than the plan's if given."""
-    sim_arm = sim_arm or arm_named(plan.sim.arm)
-    control_arm = control_arm or arm_named(plan.control.arm)
-    controller = Controller(control_arm, plan.control, plan.sim.control_rate)
-    plant = Plant(sim_arm, plan.sim)
+    """Run Plant and Controller as the nodes run them; with other arms if given."""
+    sim_arm = sim_arm or arm_named(config.sim.arm)
+    control_arm = control_arm or arm_named(config.control.arm)
+    controller = Controller(control_arm, config.control, config.sim.control_rate)
+    plant = Plant(sim_arm, config.sim)
     states, truths, answers, events = [], [], [], []
     contact, reports = [], []
-    publication = None if plant.mechanics.world is None else ContactPublication(plan.sim)
-    nothing = np.zeros((plan.sim.physics_rate // plan.sim.control_rate, 6))
+    publication = None if plant.mechanics.world is None else ContactPublication(config.sim)
+    nothing = np.zeros((config.sim.physics_rate // config.sim.control_rate, 6))
     try:
         state = plant.state
-        for k in range(1, plan.periods + 1):
+        for k in range(1, config.periods + 1):
             states.append(state)
             truths.append(plant.truth)
             answer = controller.update(state)
@@ -78,14 +78,14 @@ def full_loop(plan: RunConfig, sim_arm: ArmParameters | None = None,
                 torques = [torque for _, torque in plant.contact_effort()]
                 contact.append(torques or nothing)
                 reports.append(publication.messages(plant))
-            if k < plan.periods:
+            if k < config.periods:
                 state = plant.step(answer.torque.total)
                 events += plant.drain_events()
         exact = plant.exact_sensing
     finally:
         plant.close()
     return LoopRun(
-        plan, sim_arm, controller.arm, np.array([state.stamp for state in states]),
+        config, sim_arm, controller.arm, np.array([state.stamp for state in states]),
         *_stacked(states), None if exact else _stacked(truths),
         np.array([answer.torque for answer in answers]),
         Reference(*np.moveaxis(np.array([answer.reference for answer in answers]), 1, 0)),

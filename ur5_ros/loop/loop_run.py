@@ -18,7 +18,7 @@ from ur5_ros.sim.events import Event
 class LoopRun(NamedTuple):
     """One row a control period; angles are the manufacturer's."""
 
-    plan: RunConfig
+    config: RunConfig
     sim_arm: ArmParameters
     control_arm: ArmParameters
     stamp: np.ndarray
@@ -46,7 +46,7 @@ class LoopRun(NamedTuple):
 
 def as_run(loop: LoopRun, name: str = 'loop') -> Run:
     """Return what the bags of a closed loop would be read as, without bags."""
-    sim, control = loop.plan.sim, loop.plan.control
+    sim, control = loop.config.sim, loop.config.control
     parts = dict(zip(Torque._fields, np.moveaxis(loop.torque, 1, 0), strict=True))
     seen = contact_series(message for period in loop.reports for message in period)
     return Run(

@@ -71,8 +71,8 @@ class _Bags:
     """Both bags of a run."""
 
     def __init__(self, run: LoopRun, folder: Path) -> None:
-        plan, sim_arm, self._arm = run.plan, run.sim_arm, run.control_arm
-        prefix = plan.sim.tf_prefix
+        config, sim_arm, self._arm = run.config, run.sim_arm, run.control_arm
+        prefix = config.sim.tf_prefix
         names = [prefix + name for name in JOINT_NAMES]
         self._state = FixedJointState(names)
         self._command = FixedJointState(names, fields=('effort',))
@@ -83,16 +83,16 @@ class _Bags:
         self._pose = FixedPose(prefix + 'base')
         self._exact = run.truth is None
         self._arm_name = sim_arm.name
-        rate = plan.control.monitor_rate
+        rate = config.control.monitor_rate
         self._monitor_period, self._monitored = round(1e9 / rate) if rate else 0, -1
         name = folder.name
-        world = world_from(plan.sim)
-        self._sim = _Bag('sim', name, folder, plan.sim, sim_arm.name, self._state,
+        world = world_from(config.sim)
+        self._sim = _Bag('sim', name, folder, config.sim, sim_arm.name, self._state,
                          self._command, () if world.empty else WORLD_TOPICS)
-        self._control = _Bag('control', name, folder, plan.control, self._arm.name,
+        self._control = _Bag('control', name, folder, config.control, self._arm.name,
                              self._state, self._command)
         for bag in (self._sim, self._control):
-            bag.write('control_rate', encode_number(plan.sim.control_rate))
+            bag.write('control_rate', encode_number(config.sim.control_rate))
             bag.write('run', encode_string(name))
         self._sim.write('robot_description', encode_string(
             urdf_text(sim_arm, prefix, world=world)))

@@ -26,9 +26,9 @@ from ur5_ros.signals import Reference, stamp_of_period
 from ur5_ros.sim.limits import check_initial_state, state_bounds
 
 
-def rollout(plan: RunConfig) -> LoopRun | None:
-    """Return the run of a plan, or None where it is not an ordinary one."""
-    sim, control = plan.sim, plan.control
+def rollout(config: RunConfig) -> LoopRun | None:
+    """Return the run of a configuration; None where it needs the full loop."""
+    sim, control = config.sim, config.control
     conventions = sim.effort_convention, control.effort_convention
     if sim.gui or sim.world != EMPTY or 'gravity_excluded' in conventions or not (
             control.mode == 'computed_torque' and is_compiled(control)
@@ -40,18 +40,18 @@ def rollout(plan: RunConfig) -> LoopRun | None:
     rate = sim.control_rate
     stamp, table = _table(control.experiment, control.arm, rate,
                           control.singularity_margin)
-    if plan.periods > len(stamp):
+    if config.periods > len(stamp):
         return None
     settings = settings_from(control, arm, rate)  # refuses what cannot run
     check_initial_state(sim_arm, sim.initial_positions)
-    stamp, table = stamp[:plan.periods], Reference(*(part[:plan.periods] for part in table))
-    run = RolloutEngine(plan, sim_arm).run(settings, table)
+    stamp, table = stamp[:config.periods], Reference(*(part[:config.periods] for part in table))
+    run = RolloutEngine(config, sim_arm).run(settings, table)
     if run is None or not _within_limits(run, sim_arm):
         return None
     states = run.states[::sim.physics_rate // rate]
     effort = np.vstack([np.zeros((1, 6)), run.effort])
     exact = not (sim.delay_state_periods or sim.noise_position or sim.noise_velocity)
-    return LoopRun(plan, sim_arm, arm, stamp, run.measured[:, :6], run.measured[:, 6:],
+    return LoopRun(config, sim_arm, arm, stamp, run.measured[:, :6], run.measured[:, 6:],
                    effort[run.late],
                    None if exact else States(states[:, :6], states[:, 6:], effort),
                    run.torque, table, run.events)

@@ -52,12 +52,12 @@ class Rollout(NamedTuple):
 class RolloutEngine:
     """An arm at its initial state, for one run."""
 
-    def __init__(self, plan: RunConfig, arm: ArmParameters) -> None:
-        self._sim, self._arm, self._periods = plan.sim, arm, plan.periods
-        self._substeps = plan.sim.physics_rate // plan.sim.control_rate
-        self._delay = min(plan.sim.delay_command_periods, plan.periods - 1)
-        self._effects = PlantParameters(plan.sim, arm).effects(arm)
-        integrator = PlantIntegrator(self._effects, 1.0 / plan.sim.physics_rate)
+    def __init__(self, config: RunConfig, arm: ArmParameters) -> None:
+        self._sim, self._arm, self._periods = config.sim, arm, config.periods
+        self._substeps = config.sim.physics_rate // config.sim.control_rate
+        self._delay = min(config.sim.delay_command_periods, config.periods - 1)
+        self._effects = PlantParameters(config.sim, arm).effects(arm)
+        integrator = PlantIntegrator(self._effects, 1.0 / config.sim.physics_rate)
         self._integrator = None if integrator.none else integrator
 
     def run(self, settings: Settings, table: Reference) -> Rollout | None:

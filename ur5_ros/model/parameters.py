@@ -113,7 +113,7 @@ class ArmParameters:
 
     @property
     def has_tensors(self) -> bool:
-        """Tell whether every link is an extended body, so that a simulator can move it."""
+        """Whether every link is an extended body, so that a simulator can move it."""
         return bool(np.all(np.linalg.eigvalsh(self.inertia) > 0.0))
 
 

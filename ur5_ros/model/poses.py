@@ -18,7 +18,7 @@ def single_pose(T: np.ndarray) -> np.ndarray:
 
 def check_pose(T: np.ndarray) -> None:
     """
-    Refuse what is no rigid transform, and say by how much.
+    Refuse what is no rigid transform, with the size of its error.
 
     ``T`` (..., 4, 4): poses.
     """

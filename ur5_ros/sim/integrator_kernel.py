@@ -160,7 +160,7 @@ def friction(A, drive, qd, level, lower, upper, work, delta, f):
 
 @inlined
 def joint_friction(constants, i, qd, load):
-    """Return damping, level and offset of joint i; ``friction_terms`` says what they are."""
+    """Return damping, level and offset of joint i; see ``friction_terms``."""
     viscous, coulomb, excess, velocity, share, quadratic, cubic, warm, asymmetry = (
         constants[FRICTION + i], constants[FRICTION + 6 + i], constants[FRICTION + 12 + i],
         constants[FRICTION + 18 + i], constants[FRICTION + 24 + i], constants[FRICTION + 30 + i],

@@ -34,7 +34,7 @@ class Noise:
 
 
 class Sensor:
-    """Keeps the true states and measures the newest, as the parameters in force say."""
+    """Keeps the true states and measures the newest, by the parameters in force."""
 
     def __init__(self, parameters: SimParameters):
         self._noise = Noise()

@@ -29,7 +29,7 @@ _MAPPED = ('final_error', 'max_torque')
 #: Rows of the table of runs at most, the worst first.
 MOST_RUNS = 1000
 
-#: One scale from bad (red) to good (blue), also for who cannot tell red from green.
+#: One scale from bad (red) to good (blue), also for readers who cannot distinguish red from green.
 HIGH_IS_GOOD: list[tuple[float, str]] = [(0.0, '#b2182b'), (0.5, '#f7f7f7'), (1.0, '#2166ac')]
 LOW_IS_GOOD = [(1.0 - at, colour) for at, colour in reversed(HIGH_IS_GOOD)]
 

@@ -46,7 +46,7 @@ DIVERGED = math.pi
 METRICS = ('max_error', 'rms_error', 'final_error', 'max_torque', 'max_speed')
 
 
-def plan_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
+def config_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
     """Return the parameters of one run."""
     values = {'experiment': spec.experiment, 'duration': spec.duration, **spec.fixed, **run.values}
     sides: dict[str, dict[str, Any]] = {'sim': {'seed': (spec.seed + run.number) % 2**31},
@@ -65,11 +65,11 @@ def plan_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
                              'or one '
                              f'of: {", ".join(KEYS)}')
     try:
-        plan = run_config(**rest, sim=sides['sim'], control=sides['control'])
-        rate = plan.sim.control_rate
-        settings_from(plan.control, arm_named(plan.control.arm), rate)
-        check_initial_state(arm_named(plan.sim.arm), plan.sim.initial_positions)
-        return plan
+        config = run_config(**rest, sim=sides['sim'], control=sides['control'])
+        rate = config.sim.control_rate
+        settings_from(config.control, arm_named(config.control.arm), rate)
+        check_initial_state(arm_named(config.sim.arm), config.sim.initial_positions)
+        return config
     except InputError as refusal:
         values_text = ', '.join(f'{key} = {value}' for key, value in run.values.items())
         raise InputError(f'run {run.number} ({values_text}): {refusal}') from None
@@ -100,22 +100,22 @@ def row_of(spec: SweepSpec, run: RunSpec, bags: Path | None) -> dict[str, Any]:
     the values, ``status`` (pass, fail, diverged or failed), ``success``, ``why``, the metrics, and
     verdict and value of every check.
     """
-    plan = plan_of(spec, run)
+    config = config_of(spec, run)
     folder = bags / f'{run.number:06d}' if bags is not None else None
     by_nodes = spec.engine == 'nodes'
     try:
         if by_nodes:
             with TemporaryDirectory(prefix='ur5-sweep-') as away:
-                measured = _judged(spec, _by_nodes(plan, folder or Path(away) / 'run'))
+                measured = _judged(spec, _by_nodes(config, folder or Path(away) / 'run'))
         else:
-            measured = _judged(spec, _by_loop(plan, folder if spec.keep == 'all' else None))
+            measured = _judged(spec, _by_loop(config, folder if spec.keep == 'all' else None))
     except (InputError, ArithmeticError, np.linalg.LinAlgError) as error:
         measured = {'status': 'failed', 'success': False, 'why': str(error)}
     if spec.keep == 'failures' and folder is not None:
         if by_nodes and measured['success']:
             rmtree(folder)
         elif not by_nodes and not measured['success']:
-            _by_loop(plan, folder)  # the same run again, to the bit
+            _by_loop(config, folder)  # the same run again, to the bit
     return inputs_of(run) | measured
 
 
@@ -126,14 +126,14 @@ def inputs_of(run: RunSpec) -> dict[str, Any]:
                for key, value in run.values.items()}}
 
 
-def _by_loop(plan: RunConfig, folder: Path | None) -> Run:
-    return as_run(run_closed_loop(plan, folder))
+def _by_loop(config: RunConfig, folder: Path | None) -> Run:
+    return as_run(run_closed_loop(config, folder))
 
 
-def _by_nodes(plan: RunConfig, folder: Path) -> Run:
+def _by_nodes(config: RunConfig, folder: Path) -> Run:
     from ur5_ros.analysis.data.load import load_run  # the bags are read here alone
     folder.mkdir(parents=True)
-    run_two_nodes(plan, folder, composed=True)
+    run_two_nodes(config, folder, composed=True)
     return load_run(folder)
 
 

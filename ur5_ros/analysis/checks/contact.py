@@ -119,7 +119,7 @@ def _observer_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
 
 
 def _other_external(run: Run) -> str:
-    """Return what else acts on the joints that the arm record does not say; empty for nothing."""
+    """Return what else acts on the joints that the arm record does not hold; empty for nothing."""
     given = run.required_sim.parameters
     if any(event.kind == 'wrench' for event in run.events):
         return 'a wrench'

@@ -77,7 +77,7 @@ def balance(run: Run, models: list[tuple[int, PlantModel]]) -> Balance:
 
     """
     last = len(run.stamp) - 1
-    # a stop takes energy that nobody records
+    # a stop takes energy that is not recorded
     whole = run.steps & ~at_stop(run.exact.q[1:], run.required_sim.arm).any(axis=1)
     surplus, moved, cost = np.zeros(last), 0.0, 0.0
     ends = [first for first, _ in models[1:]] + [last]

@@ -53,7 +53,7 @@ class _Fit(NamedTuple):
 
 
 class _Solution(NamedTuple):
-    """What windows say: the linear fit, the best one and the physical parameters."""
+    """The result of windows: the linear fit, the best one and the physical parameters."""
 
     linear: _Fit
     best: _Fit
@@ -209,7 +209,7 @@ def _fit(rows: Rows, base: BaseParameters, features: np.ndarray, chosen: Sequenc
     columns = np.zeros((*rows.effort.shape, len(friction)))
     for place, (joint, feature) in enumerate(friction):
         columns[:, joint, place] = features[:, joint, feature]
-    # The friction of a joint that sticks is whatever holds it: its torque says nothing then.
+    # The friction of a joint that sticks is whatever holds it: its torque is not known then.
     known = rows.sliding | np.array([not family for family in chosen])
     still = ~known.any(axis=0)
     if still.any():

@@ -36,7 +36,7 @@ def physical(
     the fit's torques, that one is returned.
 
     ``combination`` (b, 66): C: base parameters as combinations of the parameters; ``value`` (b,):
-    b: what the fit says of them; ``factor`` (r, b): F: square root of their information, see
+    b: their fitted values; ``factor`` (r, b): F: square root of their information, see
     :class:`~ur5_ros.analysis.identification.least_squares.Estimate`; ``start`` (66,): the arm that
     is there: ten inertial parameters a link, then six rotor inertias; ``typical`` (66,): how large
     each of them is for bodies like those.  Returned: parameters, (66,).

@@ -18,7 +18,7 @@ FEWEST = 40
 
 
 class Motors(NamedTuple):
-    """What motor currents say, joint by joint; NaN where the run does not determine it."""
+    """What motor currents give, joint by joint; NaN where the run does not determine it."""
 
     drive: np.ndarray
     """Joint torque that a current makes [N m/A], of the chosen family, shape (6,)."""

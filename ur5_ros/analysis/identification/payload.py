@@ -89,7 +89,7 @@ def payload_from(
 
 
 def _drive_error(load: np.ndarray, weight: np.ndarray, motors: Motors | None) -> float:
-    """Return the relative error of the drives, each as much as its joint says of the mass."""
+    """Return the relative error of the drives, each weighed by its part in the mass."""
     if motors is None:
         return 0.0
     share = np.sum((weight * load[:, :, 0])**2, axis=0)

@@ -34,7 +34,7 @@ class Prediction(NamedTuple):
 
 
 class Identified(NamedTuple):
-    """What runs say of an arm."""
+    """What was identified of an arm."""
 
     arm: ArmParameters
     """Physical parameters, as near as may be to the fit."""
@@ -63,7 +63,7 @@ class Identified(NamedTuple):
     test: Prediction
     """The run that the result was tried on."""
     motors: Motors | None
-    """What motor currents say of friction, where they are recorded."""
+    """What motor currents give for friction, where they are recorded."""
     payload: PayloadEstimate | None
     """Load at the tool in the run that was given for it."""
     simulated: float

@@ -20,7 +20,7 @@ SHORTEST, LONGEST = 0.05, 2.5
 
 
 class Samples(NamedTuple):
-    """Consecutive periods without a gap; every array of shape (n, 6) unless said."""
+    """Consecutive periods without a gap; every array of shape (n, 6) if not stated otherwise."""
 
     time: np.ndarray
     """Since the first state of the run [s], shape (n,)."""
@@ -46,7 +46,7 @@ def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
     """
     Return the stretches of a run without a gap, as measured.
 
-    States as published are used, never the exact ones beside them.  Where the bag says how the
+    States as published are used, never the exact ones beside them.  Where the bag states how the
     plant steps, each quantity is taken at the time at which the plant used it; elsewhere in the
     middle of the period.
     """

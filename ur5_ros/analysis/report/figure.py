@@ -15,7 +15,7 @@ class Figure(NamedTuple):
     caption: str
     """What the figure shows, in a sentence or two."""
     traces: list[dict[str, Any]]
-    """Curves or bars as Plotly has them; empty where a note says it all."""
+    """Curves or bars as Plotly has them; empty where a note replaces them."""
     y: str
     """Title of the vertical axis."""
     x: str = 'time [s]'

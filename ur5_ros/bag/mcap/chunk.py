@@ -96,7 +96,7 @@ def pack_chunk(definitions: bytes, messages: Sequence[Message]) -> PackedChunk:
 
 def decompress(compression: str, data: memoryview, size: int, source: str) -> bytes:
     """
-    Return the content of a chunk, never allocating more than it says and than is allowed.
+    Return the content of a chunk, never allocating more than it states and than is allowed.
 
     ``compression``: ``''``, ``'lz4'`` or ``'zstd'``.
     """

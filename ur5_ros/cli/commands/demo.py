@@ -19,19 +19,19 @@ def demo(
     gui: bool, composed: bool = False,
 ) -> int:
     """Run and judge an experiment; see ``ur5 demo --help``."""
-    plan = run_config(experiment, arm, control_arm, control_rate, sim={'gui': gui})
+    config = run_config(experiment, arm, control_arm, control_rate, sim={'gui': gui})
     folder = run if run is not None else BAGS / new_run_name()
     try:
         folder.mkdir(parents=True)
     except FileExistsError:
         raise InputError(f'run folder {folder} exists; give another one, or remove it') from None
     out = terminal.console()
-    out.print(f'{experiment}: {plan.duration:g} s at {control_rate} Hz, arm {arm}, law of '
+    out.print(f'{experiment}: {config.duration:g} s at {control_rate} Hz, arm {arm}, law of '
               f'{control_arm or arm}; recording into {folder}', soft_wrap=True)
-    with terminal.progress('simulating', plan.duration, 's') as advance:
-        seconds = run_two_nodes(plan, folder, advance, composed)
-    out.print(f'{plan.duration:g} s in {seconds:.1f} s of wall clock: '
-              f'{plan.duration / seconds:.1f} times real time', soft_wrap=True)
+    with terminal.progress('simulating', config.duration, 's') as advance:
+        seconds = run_two_nodes(config, folder, advance, composed)
+    out.print(f'{config.duration:g} s in {seconds:.1f} s of wall clock: '
+              f'{config.duration / seconds:.1f} times real time', soft_wrap=True)
     result = judge.judge(folder)
     judge.write(result, folder / 'result.json', folder / 'report.html', None)
     terminal.show_result(out, result)

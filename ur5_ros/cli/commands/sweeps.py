@@ -9,7 +9,7 @@ from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.engine import run_sweep
 from ur5_ros.sweep.report import repeat_command, write_report
-from ur5_ros.sweep.run import check_success, plan_of, row_of
+from ur5_ros.sweep.run import check_success, config_of, row_of
 from ur5_ros.sweep.spec import (
     SweepSpec,
     altered,
@@ -75,7 +75,7 @@ def _refuse_what_cannot_run(spec: SweepSpec) -> None:
     check_success(spec)
     with terminal.progress('checking', number_of_runs(spec), 'runs') as advance:
         for run in expand(spec):
-            plan_of(spec, run)
+            config_of(spec, run)
             if run.number % 100 == 0:
                 advance(run.number)
 

@@ -1,4 +1,4 @@
-"""The numbers that kernels read: geometry, gravity, and the inertial parameters lumped."""
+"""The numbers that kernels read: geometry, gravity, and the inertial parameters, combined."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Who wants to know that a kernel has to be compiled; a module that loads nothing."""
+"""Callbacks that learn that a kernel has to be compiled; a module that loads nothing."""
 
 from collections.abc import Callable
 

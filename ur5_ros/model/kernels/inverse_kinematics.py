@@ -19,7 +19,7 @@ ROUNDING = 5e-10
 STRAIGHT = 1e-10
 #: Elbow or shoulder branches nearer to each other than this are one [rad].
 MERGED = 1e-7
-#: Below this sin q5 the reach has a say in q6 [1].
+#: Below this sin q5 the reach also decides q6 [1].
 ALMOST_STRAIGHT = 1e-5
 #: So near to axis 1 the side may be chosen: the pose moves by its square [m].
 ABOVE_AXIS = 5e-6
@@ -40,7 +40,7 @@ def wrapped(x):
 
 @inlined
 def is_rigid(t, r):
-    """Tell whether the four rows from r on are a rigid transform."""
+    """Return whether the four rows from r on are a rigid transform."""
     xx, xy, xz = t[r, 0], t[r, 1], t[r, 2]
     yx, yy, yz = t[r + 1, 0], t[r + 1, 1], t[r + 1, 2]
     zx, zy, zz = t[r + 2, 0], t[r + 2, 1], t[r + 2, 2]

@@ -43,7 +43,7 @@ def directions(turns):
 
 @inlined
 def known(turns, c1, numbers):
-    """Tell whether the numbers are finite and no angle is too large for its cosine."""
+    """Return whether the numbers are finite and no angle is too large for its cosine."""
     c2, s2, c23, s23, c234, s234, c5, s5, c6, s6 = turns
     return isfinite(numbers + c1 + c2 + c23 + c234 + c5 + c6)
 

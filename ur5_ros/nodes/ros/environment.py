@@ -50,7 +50,7 @@ def print_refusal(arguments: Sequence[str], error: InputError) -> None:
 
 def check_environment(environment: Mapping[str, str] | None = None) -> None:
     """
-    Refuse an environment in which a node would not do what the user believes.
+    Refuse an environment in which a node would not do what the user expects.
 
     To be called before rclpy is imported: its library ends the process by itself where
     ``RMW_IMPLEMENTATION`` names something else than it finds.

@@ -21,7 +21,7 @@ REST = 1e-3
 
 #: Kinds of event that are warnings in the log.
 _WARNINGS = ('limit', 'protective_stop', 'publishers', 'refused')
-#: Kinds that tell what holds from now on: the last line in the log is the present one.
+#: Kinds that describe what holds from now on: the last line in the log is the present one.
 _STATES = ('fallback', 'lockstep')
 
 
@@ -36,7 +36,7 @@ class Simulation:
         self.logger = logger
         self.paused = False
         self.stopped = False
-        """Whether it is paused in its initial state, not to be stepped, as the standard says."""
+        """Whether it is paused in its initial state, not to be stepped, by the standard."""
         self.steps_requested = 0
         """Periods to take while paused."""
         rate = parameters.control_rate

@@ -31,7 +31,7 @@ def offer_standard_services(node: Node, sim: Any) -> None:
     """
     Offer GetSimulatorFeatures, Get/SetSimulationState, ResetSimulation and StepSimulation.
 
-    Without the package a line in the log says so.
+    Without the package a line is logged.
     """
     try:
         from simulation_interfaces import srv

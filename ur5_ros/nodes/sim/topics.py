@@ -56,7 +56,7 @@ class SimOutputs:
         self._last_clock = b''
 
     def introduce(self, run: str, description: str) -> None:
-        """Send the rate, the run's name and the description, for those who join later too."""
+        """Send the rate, the run's name and the description, for nodes that join later too."""
         self._run = encode_string(run)
         self.introduce_again()
         self._recording.write(self._rate_id, self._rate)
@@ -67,7 +67,7 @@ class SimOutputs:
         """
         Send the rate and the run's name to a controller that may have joined.
 
-        What the middleware keeps for those who join late it may deliver seconds later: a short run
+        What the middleware keeps for late subscribers may come seconds later: a short run
         is over by then.
 
         """

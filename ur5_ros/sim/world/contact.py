@@ -39,7 +39,7 @@ class Contacts(NamedTuple):
     q: Sequence[float]
     """Six joint positions at its beginning [rad]."""
     points: np.ndarray
-    """Rows as the columns of ``contact_kernel`` say, shape (n, POINT)."""
+    """Rows with the columns of ``contact_rows``, shape (n, POINT)."""
     force: np.ndarray
     """Force on the first body of each in ``base`` [N], shape (n, 3)."""
     pairs: list[tuple[str, str]]
@@ -72,7 +72,7 @@ class ContactWorld:
         self.reset()
 
     def reset(self) -> None:
-        """Put the bodies where the world's file says, at rest; forget every contact."""
+        """Put the bodies where the world's file has them, at rest; forget every contact."""
         self.bodies = self._start.copy()
         """Free bodies, rows as ``contact_kernel`` lays them out."""
         self._points, self._force = NO_POINTS, _NO_FORCE
@@ -84,7 +84,7 @@ class ContactWorld:
         self._constants[GRAVITY:GRAVITY + 3] = gravity
 
     def place(self) -> None:
-        """Tell PyBullet where the bodies are."""
+        """Give PyBullet the poses of the bodies."""
         self.scene.move(self.bodies[:, POSITION:POSITION + 7])
 
     def refuse_overlap(self) -> None:
@@ -145,7 +145,7 @@ class ContactWorld:
         return self._work
 
     def _refuse_flight(self) -> None:
-        """Put a body that cannot be where it is back to rest, and say so."""
+        """Put a body that flew away back to rest; raise ArithmeticError with its name."""
         far = ~(np.abs(self.bodies[:, POSITION:POSITION + 3]).max(axis=1) < FARTHEST)
         fast = ~(np.abs(self.bodies[:, VELOCITY:VELOCITY + 6]).max(axis=1) < FASTEST)
         for i in np.flatnonzero(far | fast):

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 #: Time without force after which a contact has ended [s]: a bounce or a rattle is one contact.
 QUIET = 0.02
 
-#: Columns of a contact point that say where it is.
+#: Columns of a contact point with its place.
 _PLACE = slice(2, 5)
 
 

@@ -10,7 +10,7 @@ SCALES = {1.0: 's', 1e-3: 'ms', 1e-6: 'us', 1e-9: 'ns'}
 #: A time since 1970 beyond this is no number of seconds [s]: the year 5138.
 LATEST = 1e11
 
-#: Slowest and fastest rate that a log has where no velocity says more [Hz].
+#: Slowest and fastest rate that a log has where no velocity decides [Hz].
 SLOWEST, FASTEST = 0.9, 1e4
 
 #: Factor between positions and integrated velocities from which on the unit is another one.
