@@ -10,14 +10,13 @@ from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control import planning
-from ur5_ros.control.computed_torque import TorqueLaw, not_finite
+from ur5_ros.control.computed_torque import TorqueLaw
 from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.experiment import experiment_trajectory
 from ur5_ros.control.force_guard import ForceGuard
-from ur5_ros.control.friction_feedforward import friction_feedforward
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
-from ur5_ros.control.kernel import GRAVITY, NOT_FINITE, STATE, TOTAL
+from ur5_ros.control.kernel import STATE
 from ur5_ros.control.laws.checked import CheckedLaw
 from ur5_ros.control.output import ControlOutput, describe, status_of
 from ur5_ros.control.point_to_point import smooth_stop
@@ -30,20 +29,13 @@ from ur5_ros.control.tolerances import (
     Verdict,
     resolve_tolerances,
 )
-from ur5_ros.control.torque_limits import limit_torque
+from ur5_ros.control.torque_command import TorqueCommand
 from ur5_ros.errors import InputError
 from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference
 
-_ZERO = np.zeros(6)
 _NO_STATE = 'no state has come yet; start the robot or the simulator first'
-
-#: Parameters with which the law has nothing to do.
-_MOTION = frozenset({
-    'max_velocity', 'max_acceleration', 'max_jerk', 'max_joint_jump', 'singularity_margin',
-    'tool_speed', 'torque_rate_limit', 'allow_nonzero_velocity_at_trajectory_end', 'guard_force',
-    'constraints.goal_time', 'constraints.trajectory', 'constraints.goal', 'state_timeout'})
 
 
 def controller_from_parameters(
@@ -107,10 +99,8 @@ class Controller:
             self.experiment = experiment_trajectory(
                 load_experiment(self.parameters.experiment), self.arm,
                 self._settings.control_rate, self._settings.singularity_margin)
-        self._target_wrench = np.zeros(6)
         self._guard = ForceGuard(arm)
-        self._law = self._make_law()
-        self._feedforward = friction_feedforward(self.parameters, arm)
+        self._torque = TorqueCommand(arm, self.parameters, self._settings)
         self._validator = StateValidator()
         self._executor = TrajectoryExecutor()
         self._goals = GoalWatch(self._names)
@@ -158,9 +148,8 @@ class Controller:
         else:
             self._validator.accept(state, StateStatus.FOLLOWS)
             self._beyond = False
-        limited = self._limit(parts, code, stamp, last) if code & ~STATE else ''
-        if self._settings.gravity_excluded:
-            parts[GRAVITY] = 0.0
+        limited = self._torque.limit(parts, code, stamp, last)
+        self._counts['limited_periods'] += bool(limited)
         self._waiting = False
         self._output = ControlOutput(stamp, parts, reference, self._status(), limited)
         return self._output
@@ -169,29 +158,7 @@ class Controller:
                   last: ControlOutput | None) -> tuple[Reference, np.ndarray, int]:
         """Return the reference, the torque with its parts, and which bounds are exceeded."""
         reference = self._executor.at(stamp, self._settings.motion_limits)
-        limit = self._rate_limit(stamp, last)
-        parts, code = self._law(state, q_before, reference, *limit)
-        if self._feedforward is not None:
-            parts, code = self._feedforward(parts, code, reference, *limit)
-        return reference, parts, code
-
-    def _rate_limit(self, stamp: int, last: ControlOutput | None) -> tuple[np.ndarray, float]:
-        """Return the command before and the largest change since then [N m]."""
-        rate = self._settings.torque_rate_limit
-        if last is None or rate == np.inf:
-            return _ZERO, np.inf
-        return last.parts[TOTAL], rate * (stamp - last.stamp) * 1e-9
-
-    def _limit(self, parts: np.ndarray, code: int, stamp: int,
-               last: ControlOutput | None) -> str:
-        """Scale the command to the limits that it exceeds; return their names."""
-        if code & NOT_FINITE:
-            raise not_finite()
-        added = parts[GRAVITY] if self._settings.gravity_excluded else _ZERO
-        parts[TOTAL], limited = limit_torque(parts[TOTAL], added, self.arm.limits.effort,
-                                             *self._rate_limit(stamp, last))
-        self._counts['limited_periods'] += bool(limited)
-        return limited
+        return reference, *self._torque(state, q_before, reference, stamp, last)
 
     def _check(self, state: ArmState) -> tuple[ArmState, ControlOutput | None]:
         """Return the state to answer and the output before; None where a new motion starts."""
@@ -281,10 +248,8 @@ class Controller:
         with self._refusals('target_wrench'):
             if self._validator.last is None:
                 raise InputError(_NO_STATE)
-            self._target_wrench = planning.desired_wrench(
-                self._settings, self._validator.last, force, torque, frame)
-        if isinstance(self._law, CheckedLaw):
-            self._law.law.target_wrench = self._target_wrench
+            self._torque.set_target_wrench(planning.desired_wrench(
+                self._settings, self._validator.last, force, torque, frame))
 
     def change(self, changes: Mapping[str, Any]) -> None:
         """
@@ -302,17 +267,9 @@ class Controller:
 
         """
         parameters = changed(self.parameters, changes)
-        self._feedforward = friction_feedforward(parameters, self.arm)
-        self._settings = settings_from(parameters, self.arm, self._rate)
-        if not _MOTION.issuperset(changes):  # else the law keeps its memory
-            self._law = self._make_law()
-        self.parameters = parameters
-
-    def _make_law(self) -> TorqueLaw | CheckedLaw:
-        law = self._settings.law()
-        if isinstance(law, CheckedLaw):
-            law.law.target_wrench = self._target_wrench
-        return law
+        settings = settings_from(parameters, self.arm, self._rate)
+        self._torque.settle(parameters, settings, changes)
+        self._settings, self.parameters = settings, parameters
 
     def lose_states(self) -> None:
         """Report 'waiting for states' until the next one comes; a goal of the action ends."""
@@ -340,7 +297,7 @@ class Controller:
     @property
     def law(self) -> TorqueLaw | CheckedLaw:
         """The law in force."""
-        return self._law
+        return self._torque.law
 
     @property
     def stamp(self) -> int:
