@@ -33,9 +33,11 @@ leading dimensions and refuse numbers that are not finite.
 SECTIONS = {
     'Arms and states': ('load_arm', 'JOINT_NAMES', 'ArmState', 'Reference', 'Torque'),
     'Kinematics': ('forward_kinematics', 'link_transforms', 'jacobian', 'jacobian_rate',
+                   'singularity_factors',
                    'inverse_kinematics', 'inverse_kinematics_batch', 'nearest_solution'),
     'Dynamics': ('inertia_matrix', 'coriolis_matrix', 'gravity_torque', 'dynamics_terms',
-                 'inverse_dynamics', 'forward_dynamics', 'dynamics_regressor'),
+                 'inverse_dynamics', 'forward_dynamics', 'dynamics_regressor',
+                 'kinetic_energy', 'potential_energy'),
     'Control and simulation': ('Gains', 'computed_torque', 'Controller', 'Plant', 'run_config',
                                'run_closed_loop'),
     'Judging recordings': ('open_bag', 'load_run', 'validate', 'identify', 'InputError'),

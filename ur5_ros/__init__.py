@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from ur5_ros.model.dynamics import gravity_torque as gravity_torque
     from ur5_ros.model.dynamics import inertia_matrix as inertia_matrix
     from ur5_ros.model.dynamics import inverse_dynamics as inverse_dynamics
+    from ur5_ros.model.energy import kinetic_energy as kinetic_energy
+    from ur5_ros.model.energy import potential_energy as potential_energy
     from ur5_ros.model.inverse_kinematics import inverse_kinematics as inverse_kinematics
     from ur5_ros.model.inverse_kinematics import (
         inverse_kinematics_batch as inverse_kinematics_batch,
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from ur5_ros.model.kinematics import jacobian as jacobian
     from ur5_ros.model.kinematics import jacobian_rate as jacobian_rate
     from ur5_ros.model.kinematics import link_transforms as link_transforms
+    from ur5_ros.model.kinematics import singularity_factors as singularity_factors
     from ur5_ros.model.regressor import dynamics_regressor as dynamics_regressor
     from ur5_ros.signals import JOINT_NAMES as JOINT_NAMES
     from ur5_ros.signals import ArmState as ArmState
@@ -48,10 +51,12 @@ __version__ = '0.2.0'
 #: that a process loads only what it needs.
 _NAMES = {
     'config.arms': 'load_arm',
-    'model.kinematics': 'forward_kinematics link_transforms jacobian jacobian_rate',
+    'model.kinematics': 'forward_kinematics link_transforms jacobian jacobian_rate '
+                        'singularity_factors',
     'model.inverse_kinematics': 'inverse_kinematics inverse_kinematics_batch nearest_solution',
     'model.dynamics': 'inertia_matrix coriolis_matrix gravity_torque dynamics_terms '
                       'inverse_dynamics forward_dynamics',
+    'model.energy': 'kinetic_energy potential_energy',
     'model.regressor': 'dynamics_regressor',
     'signals': 'JOINT_NAMES ArmState Reference Torque',
     'control.gains': 'Gains',

@@ -29,6 +29,15 @@ def kinetic_energy(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndar
     InputError
         If an argument has another shape or holds a number that is not finite.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import kinetic_energy, load_arm
+    >>> q = np.array([0.3, -1.2, 1.5, -1.9, -1.4, 0.2])
+    >>> energy = kinetic_energy(q, np.ones((2, 6)) * [[1.0], [2.0]], load_arm('ur5'))
+    >>> bool(np.isclose(energy[1], 4.0 * energy[0]))
+    True
+
     """
     qd = finite_array('qd', qd, (6,))
     return 0.5 * np.einsum('...i,...ij,...j->...', qd, inertia_matrix(q, arm), qd)
@@ -56,6 +65,14 @@ def potential_energy(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     ------
     InputError
         If ``q`` has another shape or holds a number that is not finite.
+
+    Examples
+    --------
+    >>> from ur5_ros import load_arm, potential_energy
+    >>> stretched, upright = [0.0] * 6, [0.0, -1.5708, 0.0, -1.5708, 0.0, 0.0]
+    >>> arm = load_arm('ur5')
+    >>> bool(potential_energy(upright, arm) > potential_energy(stretched, arm))
+    True
 
     """
     mass, com, _ = arm.bodies

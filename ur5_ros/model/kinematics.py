@@ -198,6 +198,15 @@ def singularity_factors(
     InputError
         If ``q`` has another shape or holds a number that is not finite.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ur5_ros import jacobian, load_arm, singularity_factors
+    >>> arm, q = load_arm('ur5'), [0.3, -1.2, 1.5, -1.9, -1.4, 0.2]
+    >>> product = arm.a[1] * arm.a[2] * np.prod(singularity_factors(q, arm))
+    >>> bool(np.isclose(np.linalg.det(jacobian(q, arm)), product))
+    True
+
     """
     q = finite_array('q', q, (6,))
     q23 = q[..., 1] + q[..., 2]
