@@ -50,6 +50,36 @@ def work_size(bodies: int, contacts: int) -> int:
 
 
 @inlined
+def divide(work, bodies, contacts):
+    """Return the parts of the working space behind that of the joints."""
+    n, rows, at = 6 + 6 * bodies, 3 * contacts, _JOINTS
+    u, before = work[at:at + n], work[at + n:at + 2 * n]
+    at += 2 * n
+    rotations = work[at:at + 9 * bodies].reshape((bodies, 3, 3))
+    at += 9 * bodies
+    J = work[at:at + rows * n].reshape((rows, n))
+    at += rows * n
+    X = work[at:at + rows * n].reshape((rows, n))
+    at += rows * n
+    F, limit = work[at:at + rows], work[at + rows:at + rows + contacts]
+    give = work[at + rows + contacts:at + rows + 2 * contacts]
+    at += rows + 2 * contacts
+    directions = work[at:at + 9 * contacts].reshape((contacts, 3, 3))
+    W = work[at + 9 * contacts:at + 15 * contacts].reshape((contacts, 6))
+    return u, before, rotations, J, X, F, limit, give, directions, W
+
+
+@inlined
+def plane_of(q, k, angles):
+    """Return the axes of the joints in the plane of the arm, and where that plane stands."""
+    for j in range(6):
+        angles[j] = q[j] + k[SIZE + j]
+    _, _, lines = axes(angles, 0, k)
+    s1, c1 = sine_cosine(angles[0])
+    return lines, s1, c1, k[D1]
+
+
+@inlined
 def write_bodies(bodies, rotations, gravity, h, X, F, u):
     """Write the bodies' velocities after the step under the contact forces of now."""
     for i in range(bodies.shape[0]):
@@ -100,21 +130,8 @@ def contact_step(state, constants, k, bodies, points, last_points, last_force, f
     lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
     solving, free, loaded = work[66:132], work[102:108], work[132:138]
     L, level, was_free = work[138:174].reshape((6, 6)), work[174:180], out[6:12]
-    n, count, number = 6 + 6 * bodies.shape[0], points.shape[0], bodies.shape[0]
-    rows, at = 3 * count, _JOINTS
-    u, before = work[at:at + n], work[at + n:at + 2 * n]
-    at += 2 * n
-    rotations = work[at:at + 9 * number].reshape((number, 3, 3))
-    at += 9 * number
-    J = work[at:at + rows * n].reshape((rows, n))
-    at += rows * n
-    X = work[at:at + rows * n].reshape((rows, n))
-    at += rows * n
-    F, limit = work[at:at + rows], work[at + rows:at + rows + count]
-    give = work[at + rows + count:at + rows + 2 * count]
-    at += rows + 2 * count
-    directions = work[at:at + 9 * count].reshape((count, 3, 3))
-    W = work[at + 9 * count:at + 15 * count].reshape((count, 6))
+    count, number, rows = points.shape[0], bodies.shape[0], 3 * points.shape[0]
+    u, before, rotations, J, X, F, limit, give, directions, W = divide(work, number, count)
     prepare_step(state, constants, M, drive, lowest, highest, level)
     for j in range(6):
         before[j] = qd[j]
@@ -123,12 +140,7 @@ def contact_step(state, constants, k, bodies, points, last_points, last_force, f
         for a in range(6):
             before[6 + 6 * i + a] = bodies[i, VELOCITY + a]
     if count:
-        angles = out[:6]
-        for j in range(6):
-            angles[j] = q[j] + k[SIZE + j]
-        _, _, lines = axes(angles, 0, k)
-        s1, c1 = sine_cosine(angles[0])
-        write_rows(points, bodies, (lines, s1, c1, k[D1]), J, directions)
+        write_rows(points, bodies, plane_of(q, k, out[:6]), J, directions)
         write_bounds(points, J, before, h, limit, give)
         write_first_guess(points, last_points, last_force, directions, F)
         write_body_responses(J, X, bodies, rotations, h)
