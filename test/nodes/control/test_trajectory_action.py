@@ -14,7 +14,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJ
 from ur5_ros.config.parameters import HOME
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.control.tolerances import ResultCode
-from ur5_ros.nodes.control.trajectory_action import goal_arguments
+from ur5_ros.nodes.control.trajectory_action import TrajectoryAction, goal_arguments
 from ur5_ros.signals import JOINT_NAMES, ArmState
 
 #: action_msgs/GoalStatus.
@@ -35,14 +35,14 @@ def trajectory(goal, seconds=0.5, names=JOINT_NAMES, stamp=0.0, **more):
 class Client:
     """A client of the action, and a simulator and a controller to serve it."""
 
-    def __init__(self, ros, interfaces, **parameters):
+    def __init__(self, ros, interfaces, **control):
         from action_msgs.msg import GoalStatusArray
         from control_msgs.action import FollowJointTrajectory
         from control_msgs.msg import JointTolerance
         self.action, self.tolerance = FollowJointTrajectory, JointTolerance
         self.sim = ros.start('sim', lockstep=False, control_rate=250, physics_rate=1000,
-                             command_timeout=1.0, bag='none', **parameters)
-        self.control = ros.start('control', environment=interfaces, bag='none')
+                             command_timeout=1.0, bag='none')
+        self.control = ros.start('control', environment=interfaces, bag='none', **control)
         self.observer = ros.observer()
         self.statuses, self.feedback = [], []
         self.states = self.observer.hear(JointState, '/joint_states')
@@ -189,6 +189,40 @@ def test_states_that_stop_end_the_goal_and_so_does_the_end_of_the_node(ros, inte
     assert future.result().status == ABORTED
     assert 'ending' in future.result().result.error_string
     assert client.sim.stop() == 0
+
+
+def test_a_simulator_that_starts_again_ends_the_goal(ros, interfaces):
+    client = Client(ros, interfaces, state_timeout=30.0)
+    handle = client.send(trajectory(moved([0.3, 0, 0, 0, 0, 0]), 60.0))
+    client.sim.kill()
+    client.sim = ros.start('sim', lockstep=False, control_rate=250, physics_rate=1000, bag='none')
+    status, code, text = client.result(handle)
+    assert (status, code) == (ABORTED, ResultCode.INVALID_GOAL)
+    assert text == 'the robot started again'
+    client.close()
+
+
+def test_a_goal_for_a_node_that_fails_or_ends_is_answered(ros, interfaces, capfd):
+    """The end of a node is too short for a client to meet, and no defect is known."""
+    from control_msgs.action import FollowJointTrajectory
+
+    def fail(work):
+        raise RuntimeError('a defect')
+
+    server, watcher = ros.observer('server'), ros.observer()
+    control = SimpleNamespace(requests=SimpleNamespace(call=fail))
+    action = TrajectoryAction(server.node, control, FollowJointTrajectory)
+    client = ActionClient(watcher.node, FollowJointTrajectory, 'server/follow_joint_trajectory')
+    wait_until(client.server_is_ready, 'the action')
+    goal = FollowJointTrajectory.Goal(trajectory=trajectory(HOME))
+    for ending, line in ((False, 'fault: RuntimeError: a defect'),
+                         (True, 'goal rejected: INVALID_GOAL (-1): the node is ending')):
+        if ending:
+            action.close()
+        future = client.send_goal_async(goal)
+        wait_until(future.done, 'an answer to the goal')
+        assert not future.result().accepted and action.idle
+        assert line in capfd.readouterr().err
 
 
 def test_without_control_msgs_a_line_names_what_to_install(ros):

@@ -29,7 +29,7 @@ def create(files, stop):
 run_node(create, stop)
 """
 #: Longest pause of a paced simulator on a busy machine [s]; a kernel takes seconds.
-LONGEST_GAP = 1.0
+LONGEST_GAP = 1.5
 
 
 @pytest.fixture

@@ -76,7 +76,7 @@ class TrajectoryAction:
         self._open: list[tuple[Any, Controller, int]] = []
         self._ending = False
         self._server = Server(
-            node, action_type, '~/follow_joint_trajectory', self._result,
+            node, action_type, '~/follow_joint_trajectory', lambda goal: action_type.Result(),
             goal_callback=self._begin, handle_accepted_callback=self._accept,
             cancel_callback=lambda goal: CancelResponse.ACCEPT)
         self._timer = node.create_timer(1.0 / MONITOR_RATE, self._look)
@@ -170,11 +170,6 @@ class TrajectoryAction:
                              (feedback.error, desired.q - state.q, desired.qd - state.qd)):
             point.positions, point.velocities = q.tolist(), qd.tolist()
         return feedback
-
-    def _result(self, goal: Any) -> Any:
-        """Return the result of a goal that is executed at once, as none is."""
-        goal.abort()
-        return self._type.Result(error_code=int(ResultCode.INVALID_GOAL))
 
 
 def _nanoseconds(time: Any) -> int:
