@@ -110,6 +110,13 @@ class BulletArm:
             self._body, self._joints, [(q1,), (q2,), (q3,), (q4,), (q5,), (q6,)],
             [(v1,), (v2,), (v3,), (v4,), (v5,), (v6,)], self._client)
 
+    def pose(self, q: Sequence[float]) -> None:
+        """Put the joints at these positions [rad]; only for who looks for contact there."""
+        q1, q2, q3, q4, q5, q6 = q
+        pybullet.resetJointStatesMultiDof(
+            self._body, self._joints, [(q1,), (q2,), (q3,), (q4,), (q5,), (q6,)],
+            physicsClientId=self._client)
+
     def stepper(self) -> Callable[[Sequence[float]], tuple[float, ...]]:
         """Return what :attr:`advance` is: a function bound to the bodies that are loaded now."""
         body, joints, client, torque = self._body, self._joints, self._client, _TORQUE
@@ -138,8 +145,9 @@ class BulletArm:
     def mass_and_bias(self, q: Sequence[float], qd: Sequence[float]) -> tuple[tuple, tuple]:
         """Return :meth:`mass_matrix` as rows and :meth:`bias`, as PyBullet gives them."""
         body, client = self._body, self._client
-        return (pybullet.calculateMassMatrix(body, q, physicsClientId=client),
-                pybullet.calculateInverseDynamics(body, q, qd, _ZEROS, physicsClientId=client))
+        # names of arguments take a quarter of a microsecond; 0 stands for no flags
+        return (pybullet.calculateMassMatrix(body, q, 0, client),
+                pybullet.calculateInverseDynamics(body, q, qd, _ZEROS, 0, client))
 
     def jacobian(self, q: Sequence[float], point: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return J(q) of a point of ``tool0``, linear rows first, in ``base``; (6, 6)."""

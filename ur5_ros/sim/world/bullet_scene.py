@@ -1,5 +1,7 @@
 """The bodies of a world in PyBullet, which finds where they touch and solves nothing."""
 
+from struct import pack
+
 import numpy as np
 
 from ur5_ros.config.worlds import Body, World, base_pose
@@ -45,17 +47,18 @@ class BulletScene:
         Returned: ``points`` (n, POINT): rows as ``contact_kernel`` lays them out.
         """
         pybullet.performCollisionDetection(self._client)
-        rows, pairs = [], []
-        for (_, a, b, link_a, link_b, _, place, normal, gap,
-             *_) in pybullet.getContactPoints(physicsClientId=self._client):
-            pair = self._pairs.get((a, b, link_a, link_b))
-            if pair is None:
-                pair = self._pair(a, b, link_a, link_b)
-            first, second, properties, names = pair
+        rows: list[float] = []
+        pairs: list[tuple[str, str]] = []
+        known = self._pairs.get
+        for point in pybullet.getContactPoints(physicsClientId=self._client):
+            ends = point[1:5]
+            first, second, properties, names = known(ends) or self._pair(*ends)
             if first >= 0 or second >= 0:
-                rows.append((first, second, *place, *normal, gap, *properties))
+                rows += first, second, *point[6], *point[7], point[8], *properties
                 pairs.append(names)
-        return np.array(rows, dtype=float) if rows else NO_POINTS, pairs
+        if not pairs:
+            return NO_POINTS, pairs
+        return np.ndarray((len(pairs), POINT), buffer=pack(f'{len(rows)}d', *rows)), pairs
 
     def move(self, poses: np.ndarray) -> None:
         """Put the free bodies at positions [m] and quaternions (x, y, z, w), shape (n, 7)."""

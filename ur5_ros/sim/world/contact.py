@@ -46,6 +46,8 @@ class Contacts(NamedTuple):
     """Names of both bodies."""
     torque: list[float]
     """Joint torque of all of them, six numbers [N m]."""
+    acting: int = 0
+    """How many have a force."""
 
 
 class ContactWorld:
@@ -61,13 +63,11 @@ class ContactWorld:
     def __init__(self, scene: BulletScene, arm: ArmParameters):
         self.scene, self.world = scene, scene.world
         self._arm = arm
-        self._constants = np.concatenate([pack(arm), arm.angle_offset])
+        self._packed = np.concatenate([pack(arm), arm.angle_offset])
+        self._integrator: PlantIntegrator | None = None
         self._start = _initial_bodies(self.world)
         self._moving = len(self._start) > 0
-        self._state, self._out = np.zeros(STATE), np.zeros(kernel.OUTPUT)
-        self._page = self._state.data.cast('B')
-        self._held = np.zeros(6, dtype=bool)
-        self._work = np.zeros(0)
+        self._make_room(4)
         kernel.contact_step.prepare()
         self.reset()
 
@@ -81,7 +81,8 @@ class ContactWorld:
 
     def set_gravity(self, gravity: Sequence[float]) -> None:
         """Set the gravitational acceleration, in ``base`` [m/s^2]."""
-        self._constants[GRAVITY:GRAVITY + 3] = gravity
+        self._packed[GRAVITY:GRAVITY + 3] = gravity
+        self._integrator = None
 
     def place(self) -> None:
         """Give PyBullet the poses of the bodies."""
@@ -107,6 +108,11 @@ class ContactWorld:
         numbers; ``held`` (6,): the joints that a stop holds back.
         """
         points, pairs = self.scene.points()
+        if len(pairs) > self._most:
+            self._make_room(2 * len(pairs))
+        if integrator is not self._integrator:
+            self._integrator = integrator
+            self._constants = np.concatenate([self._packed, integrator.constants])
         q = state[:6]
         ((a, b, c, d, e, f), bias) = bullet.mass_and_bias(q, state[6:])
         external: Sequence[float] = _NO_TORQUE
@@ -115,21 +121,20 @@ class ContactWorld:
             tau = [one + other for one, other in zip(tau, external, strict=True)]
         _write(self._page, 0, *a, *b, *c, *d, *e, *f, *bias, *state, *tau, *external)
         force = np.empty((len(pairs), 3)) if pairs else _NO_FORCE
-        code = kernel.contact_step.single(
-            self._state, integrator.constants, self._constants, self.bodies, points,
-            self._points, self._force, force, self._out, self._held, self._room(len(pairs)))
+        code = kernel.contact_step.single(self._room, self._constants, self.bodies, points,
+                                          self._points, self._force, force)
         if code == kernel.FAILED:
             raise ArithmeticError('the friction of the joints was not found')
         if code == kernel.FLOWN:
             self._refuse_flight()
         self._points, self._force = points, force
         numbers = self._out.tolist()
-        self.contacts = Contacts(q, points, force, pairs, numbers[12:18])
+        self.contacts = Contacts(q, points, force, pairs, numbers[12:18], int(numbers[24]))
         values = tuple(numbers[:12])
         if self._moving:
             self.place()
-        bullet.place(values[:6], values[6:])
-        return values, self._held.copy() if code == kernel.HELD else NO_JOINTS
+        bullet.pose(numbers[:6])
+        return values, np.array(numbers[18:24]) > 0.0 if code == kernel.HELD else NO_JOINTS
 
     def objects(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
         """Return name, position [m] and quaternion (x, y, z, w) of every free body, in base."""
@@ -137,12 +142,12 @@ class ContactWorld:
                 for name, body in zip(self.scene.names[FIRST_BODY:], self.bodies,
                                       strict=True)]
 
-    def _room(self, contacts: int) -> np.ndarray:
-        """Return the working space of a step with so many contacts."""
-        size = kernel.work_size(len(self.bodies), contacts)
-        if self._work.size < size:
-            self._work = np.zeros(2 * size)
-        return self._work
+    def _make_room(self, contacts: int) -> None:
+        """Make the space of a step with so many contacts."""
+        self._most = contacts
+        self._room = np.zeros(kernel.space(len(self._start), contacts))
+        self._out = self._room[kernel.OUT:kernel.OUT + kernel.OUTPUT]
+        self._page = self._room.data.cast('B')
 
     def _refuse_flight(self) -> None:
         """Put a body that flew away back to rest; raise ArithmeticError with its name."""

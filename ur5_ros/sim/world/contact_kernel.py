@@ -9,7 +9,7 @@ whatever the contacts have come to.
 
 
 from ur5_ros.model.kernels.base_parameters import D1, GRAVITY, SIZE
-from ur5_ros.model.kernels.compiled import B1, R1, R2, W1, W2, inlined, kernel
+from ur5_ros.model.kernels.compiled import R1, R2, W1, W2, inlined, kernel
 from ur5_ros.model.kernels.plane_geometry import axes
 from ur5_ros.model.kernels.trigonometry import sine_cosine
 from ur5_ros.sim.integrator_kernel import (
@@ -38,15 +38,18 @@ FLOWN = 3
 
 #: Times that the joints are solved again, at most.
 _PASSES = 8
-#: Numbers of the output: q', qd', joint torque of all contacts, sweeps.
-OUTPUT = 19
-_JOINTS = 180
+#: Where the space of :func:`contact_step` has the state, the output (q', qd', joint torque of all
+#: contacts, joints held, contacts with a force) and the rest.
+OUT, OUTPUT = 66, 25
+_WORK, _JOINTS = OUT + OUTPUT, 180
+#: Where the constants have the joints' part, behind the packed arm and its angle offsets.
+OF_JOINTS = SIZE + 6
 
 
-def work_size(bodies: int, contacts: int) -> int:
-    """Return the length of the working space."""
+def space(bodies: int, contacts: int) -> int:
+    """Return the length of the space of :func:`contact_step`."""
     n = 6 + 6 * bodies
-    return _JOINTS + 2 * n + 9 * bodies + contacts * (6 * n + 20)
+    return _WORK + _JOINTS + 2 * n + 9 * bodies + contacts * (6 * n + 20)
 
 
 @inlined
@@ -91,15 +94,15 @@ def write_bodies(bodies, rotations, gravity, h, X, F, u):
 
 
 @inlined
-def write_joints(q, qd, delta, constants, J, F, out, held):
+def write_joints(q, qd, delta, constants, J, F, out):
     """Write q', qd', the torque of all contacts and the joints held; return HELD if one is."""
     code, h = 0, constants[STEP_TIME]
     for j in range(6):
         out[6 + j] = qd[j] + delta[j]
         out[j] = q[j] + h * out[6 + j]
-        held[j] = out[j] >= constants[UPPER + j] - TOUCH or out[j] <= constants[LOWER + j] + TOUCH
-        if held[j]:
-            code = HELD
+        out[18 + j] = 0.0
+        if out[j] >= constants[UPPER + j] - TOUCH or out[j] <= constants[LOWER + j] + TOUCH:
+            out[18 + j], code = 1.0, HELD
         out[12 + j] = 0.0
         for r in range(F.shape[0]):
             out[12 + j] += J[r, j] * F[r]
@@ -108,23 +111,29 @@ def write_joints(q, qd, delta, constants, J, F, out, held):
 
 @inlined
 def write_forces(directions, F, force):
-    """Write the force on A of every contact in base."""
+    """Write the force on A of every contact in base; return how many have one."""
+    acting = 0
     for c in range(force.shape[0]):
         for a in range(3):
             force[c, a] = 0.0
             for r in range(3):
                 force[c, a] += directions[c, r, a] * F[3 * c + r]
+        if force[c, 0] != 0.0 or force[c, 1] != 0.0 or force[c, 2] != 0.0:
+            acting += 1
+    return acting
 
 
-@kernel(R1, R1, R1, W2, R2, R2, R2, W2, W1, B1, W1, hot=True)
-def contact_step(state, constants, k, bodies, points, last_points, last_force, force, out, held,
-                 work):
+@kernel(W1, R1, W2, R2, R2, R2, W2, hot=True)
+def contact_step(room, k, bodies, points, last_points, last_force, force):
     """
     Take one step of arm and bodies; return 0, HELD, FAILED or FLOWN.
 
-    ``state`` and ``constants`` as of ``engine_torque``; ``k`` is the packed arm in the gravity in
-    force, and its angle offsets; ``force`` becomes the force on A of every contact in ``base``.
+    ``room`` begins with the state as of ``engine_torque`` and gets the output; ``k`` is the packed
+    arm in the gravity in force, its angle offsets, and the constants of ``engine_torque``;
+    ``force`` becomes the force on A of every contact in ``base``.
     """
+    state, out, work = room[:OUT], room[OUT:_WORK], room[_WORK:]
+    constants = k[OF_JOINTS:]
     q, qd, gravity, h = state[42:48], state[48:54], k[GRAVITY:GRAVITY + 3], constants[STEP_TIME]
     M, drive = work[:36].reshape((6, 6)), work[36:42]
     lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
@@ -144,7 +153,6 @@ def contact_step(state, constants, k, bodies, points, last_points, last_force, f
         write_bounds(points, J, before, h, limit, give)
         write_first_guess(points, last_points, last_force, directions, F)
         write_body_responses(J, X, bodies, rotations, h)
-    sweeps = 0
     for attempt in range(_PASSES + 1):
         for j in range(6):
             loaded[j] = drive[j]
@@ -166,12 +174,11 @@ def contact_step(state, constants, k, bodies, points, last_points, last_force, f
             substitute(L, free, J[r], X[r])
         write_own_responses(J, X, W)
         write_bodies(bodies, rotations, gravity, h, X, F, u)
-        sweeps += solve_contacts(points, J, X, W, limit, give, u, F)
-    out[18] = sweeps
-    code = write_joints(q, qd, delta, constants, J, F, out, held)
+        solve_contacts(points, J, X, W, limit, give, u, F)
+    code = write_joints(q, qd, delta, constants, J, F, out)
     write_bodies(bodies, rotations, gravity, h, X, F, u)
     for i in range(number):
         if not move_body(bodies[i], u[6 + 6 * i:12 + 6 * i], h):
             code = FLOWN
-    write_forces(directions, F, force)
+    out[24] = write_forces(directions, F, force)
     return code
