@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+import zstandard
 from mcap.writer import CompressionType, Writer
 from rosbags.interfaces import (
     Qos,
@@ -111,15 +112,54 @@ def test_folders_as_rosbag2_writes_them_are_read(tmp_path, storage, version):
 
 
 @pytest.mark.fault(79)
-@pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
-def test_compression_around_the_storage_is_refused_with_the_way_out(tmp_path, mode):
-    writer = RosbagsWriter(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.SQLITE3)
+@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+@pytest.mark.parametrize(('mode', 'way_out'), [
+    (CompressionMode.FILE, 'unzstd'), (CompressionMode.MESSAGE, 'ros2 bag convert')])
+def test_compression_around_the_storage_is_refused_with_the_way_out(
+        tmp_path, storage, mode, way_out):
+    """As `ros2 bag record --compression-mode` writes it; bags in chunks of zstd are read."""
+    folder = tmp_path / 'bag'
+    writer = RosbagsWriter(folder, version=9, storage_plugin=storage)
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         topic = writer.add_connection('/joint_states', JOINT_STATE, typestore=STORE)
-        writer.write(topic, 1, states()[0])
-    with pytest.raises(InputError, match='ros2 bag convert'):
-        open_bag(tmp_path / 'bag')
+        for k, data in enumerate(states()):
+            writer.write(topic, int(STAMP[k]), data)
+    with pytest.raises(InputError, match=way_out) as refused:
+        open_bag(folder)
+    assert '\n' not in str(refused.value)
+    if mode == CompressionMode.FILE:
+        for file in folder.glob('*.zstd'):  # as unzstd does
+            file.with_suffix('').write_bytes(
+                zstandard.ZstdDecompressor().decompressobj().decompress(file.read_bytes()))
+        bag = open_bag(folder)
+        assert_right(bag.joint_states('/joint_states'))
+        assert bag.check() == []
+        for file in (*folder.glob('*.mcap'), *folder.glob('*.db3'), folder / 'metadata.yaml'):
+            file.unlink()
+        with pytest.raises(InputError, match=way_out):
+            open_bag(folder)
+
+
+@pytest.mark.fault(79)
+@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_a_split_recording_is_one_bag(tmp_path, storage):
+    """`ros2 bag record --max-bag-duration` names its files by number: 10 comes after 9."""
+    folder, parts = tmp_path / 'bag', 12
+    folder.mkdir()
+    edges = np.linspace(0, NUMBER, parts + 1).astype(int)
+    for part in range(parts):
+        name = f'bag_{part}'
+        with RosbagsWriter(tmp_path / name, version=9, storage_plugin=storage) as writer:
+            topic = writer.add_connection('/joint_states', JOINT_STATE, typestore=STORE)
+            for k in range(edges[part], edges[part + 1]):
+                writer.write(topic, int(STAMP[k]), states()[k])
+        [file] = [each for each in (tmp_path / name).iterdir() if each.suffix != '.yaml']
+        file.rename(folder / file.name)
+    assert len(list(folder.iterdir())) == parts
+    bag = open_bag(folder)
+    assert_right(bag.joint_states('/joint_states'))
+    assert bag.counts() == {'/joint_states': NUMBER}
 
 
 def sqlite3_bag(folder):

@@ -40,6 +40,11 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
             if not present:
                 raise
             report(str(problem))
+    compressed = sorted(path.glob('*.zstd'))
+    if not present and compressed:
+        name = compressed[0].name
+        raise InputError(f'{path}: its files are compressed as a whole, which is not read; unpack '
+                         f'each: unzstd {name} -o {name.removesuffix(".zstd")}')
     if information:
         _check_storage(path, information)
     if not present:
@@ -60,9 +65,9 @@ def report_missing_metadata(
 
 
 def _check_storage(path: Path, information: Information) -> None:
-    """Refuse compressed storage, and one that is neither MCAP nor sqlite3."""
+    """Refuse compressed messages, and storage that is neither MCAP nor sqlite3."""
     storage, mode = information.storage_identifier, information.compression_mode
-    if mode.lower() not in ('', 'none') or storage not in ('', 'mcap', 'sqlite3'):
+    if mode.lower() not in ('', 'none', 'file') or storage not in ('', 'mcap', 'sqlite3'):
         compressed = f' compressed by {mode[:20]}' if mode else ''
         raise InputError(f'{path}: storage {storage[:20]!r}{compressed} is not read; write it '
                          'anew as mcap with: ros2 bag convert')
@@ -87,7 +92,7 @@ def _open_file(path: Path, report: Report) -> MessageSource:
 
 def _compare_files(path: Path, information: Information, present: Sequence[Path],
                    report: Report) -> None:
-    listed = {Path(name).name for name in information.relative_file_paths}
+    listed = {Path(name).name.removesuffix('.zstd') for name in information.relative_file_paths}
     there = {file.name for file in present}
     for name in sorted(listed - there):
         report(f'{path / name}: is missing, though {NAME} names it')
