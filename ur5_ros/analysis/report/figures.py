@@ -1,6 +1,8 @@
 """The figures of the report as plain data, thinned so that the file stays small."""
 
 
+from typing import Any
+
 import numpy as np
 
 from ur5_ros.analysis.data.run import PARTS, Run
@@ -206,10 +208,7 @@ def _contact_figures(series) -> list[Figure]:
     if 'observer' not in series:
         return []
     run, (estimate, recorded) = series['run'], series['observer']
-    traces = []
-    for i, name in enumerate(JOINT_NAMES):
-        traces += [curve(run.t, recorded[:, i], name, COLOURS[i]),
-                   curve(run.t, estimate[:, i], f'{name}, estimated', COLOURS[i], 'dot')]
+    traces = _paired(run.t, recorded, estimate, 'estimated')
     return [Figure('contact', 'Torque of contact', 'Joint torque of all contacts as it was '
                    'recorded, and as the momentum observer estimates it from motion and motor '
                    'torque; both through the same filter.', traces, 'torque [N m]', wide=True)]
@@ -217,14 +216,19 @@ def _contact_figures(series) -> list[Figure]:
 
 def _external_torque_figures(series) -> list[Figure]:
     run, (estimate, marks) = series['run'], series['external_torque']
-    traces = []
-    for i, name in enumerate(JOINT_NAMES):
-        traces += [curve(run.t, estimate[:, i], name, COLOURS[i]),
-                   curve(run.t, marks[:, i], f'{name}, mark', COLOURS[i], 'dot')]
+    traces = _paired(run.t, estimate, marks, 'mark')
     return [Figure('contact', 'External torque', 'What a momentum observer finds beside motors, '
                    'model and friction, and the mark of each joint above which a contact is '
                    'likely: what friction may hold at rest and a multiple of what the model '
                    'leaves unexplained.', traces, 'torque [N m]', wide=True)]
+
+
+def _paired(t: np.ndarray, values: np.ndarray, others: np.ndarray,
+            word: str) -> list[dict[str, Any]]:
+    """Return two curves a joint, the second dotted and named by a word."""
+    return [trace for i, name in enumerate(JOINT_NAMES) for trace in (
+        curve(t, values[:, i], name, COLOURS[i]),
+        curve(t, others[:, i], f'{name}, {word}', COLOURS[i], 'dot'))]
 
 
 def _timing_figures(series) -> list[Figure]:

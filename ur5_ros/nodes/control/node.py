@@ -34,7 +34,7 @@ from ur5_ros.nodes.ros.diagnostics import (
 )
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.ros.parameters import declare
-from ur5_ros.nodes.ros.process import DONE, LOSS, compiling, fault
+from ur5_ros.nodes.ros.process import compiling, end_node, fault
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
@@ -251,12 +251,7 @@ class ControlNode:
         if self.recording.where and not self.recording.is_open and self.cycle.first_at:
             self._open_bag(run_of(self.recording.where, new_run_name))
         self._close_bag(reason)
-        lost, failure = self.recording.lost, self.recording.failure
-        if lost or failure:
-            self._logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
-        self._logger.info(f'ends: {reason}')
-        self.node.destroy_node()  # the others would list it for seconds otherwise
-        return LOSS if lost or failure else DONE
+        return end_node(self.node, self.recording, f'ends: {reason}')
 
 
 def _prepare_kinematics(arm: ArmParameters) -> None:

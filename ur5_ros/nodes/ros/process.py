@@ -13,6 +13,7 @@ from typing import Any
 import rclpy
 import rclpy.logging
 from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
@@ -20,6 +21,7 @@ from ur5_ros.config.parameter_files import files_of, sections
 from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.compile_notice import on_compile
 from ur5_ros.nodes.ros.environment import REFUSED, print_refusal
+from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.shutdown import StopRequest
 
 #: Exit codes besides REFUSED: done; an error of the program; done, but the recording lost some.
@@ -78,6 +80,16 @@ def fault(logger: Any, error: Exception) -> str:
     logger.error(reason)
     logger.debug(''.join(traceback.format_exception(error)))
     return reason
+
+
+def end_node(node: Node, recording: Recording, message: str) -> int:
+    """Log the end of a node and what its bag lacks, destroy it, and return the exit code."""
+    logger, lost, failure = node.get_logger(), recording.lost, recording.failure
+    if lost or failure:
+        logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
+    logger.info(message)
+    node.destroy_node()  # the others would list it for seconds otherwise
+    return LOSS if lost or failure else DONE
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import WAITING_PERIOD, EverySecond, Throttle
 from ur5_ros.nodes.ros.parameters import declare, update
-from ur5_ros.nodes.ros.process import DONE, LOSS, compiling
+from ur5_ros.nodes.ros.process import compiling, end_node
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
@@ -174,12 +174,8 @@ class SimNode:
             'counters': counters(self),
         })
         self.simulation.plant.close()
-        lost, failure = self.recording.lost, self.recording.failure
-        if lost or failure:
-            self.logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
-        self.logger.info(f'ends at {self.simulation.plant.stamp * 1e-9:.3f} s: {reason}')
-        self.node.destroy_node()  # the others would list it for seconds otherwise
-        return LOSS if lost or failure else DONE
+        return end_node(self.node, self.recording,
+                        f'ends at {self.simulation.plant.stamp * 1e-9:.3f} s: {reason}')
 
 
 def light_joints(plant: Plant) -> str:
