@@ -1,5 +1,5 @@
 """
-The types of control_msgs and simulation_interfaces, where those packages are not installed.
+The types of control_msgs, simulation_interfaces and ur_msgs, where those are not installed.
 
 ``test/interfaces`` declares the same fields. The rosidl generators that come with rclpy write the
 code, and the C++ compiler makes one library of each package, once for each interpreter.
@@ -18,7 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 SOURCES = Path(__file__).resolve().parent / 'interfaces'
-PACKAGES = ('control_msgs', 'simulation_interfaces')
+PACKAGES = ('control_msgs', 'simulation_interfaces', 'ur_msgs')
 #: Kinds of type support that rmw_fastrtps_cpp asks for.
 SUPPORTS = ('rosidl_typesupport_fastrtps_c', 'rosidl_typesupport_introspection_c')
 PREFIX = Path(sys.prefix)

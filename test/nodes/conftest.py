@@ -12,5 +12,5 @@ def ros(tmp_path):
 
 @pytest.fixture(scope='session')
 def interfaces():
-    """Variables that make control_msgs and simulation_interfaces importable in a child process."""
+    """Variables that make the types of test/interfaces importable in a child process."""
     return provide_interfaces()
