@@ -19,7 +19,7 @@ _SHAFT, _HEAD = 0.008, 0.016
 
 
 class ContactForce(NamedTuple):
-    """The force of one contact, parted into what presses and what rubs."""
+    """The force of one contact, split into normal force and friction."""
 
     bodies: tuple[str, str]
     place: np.ndarray

@@ -19,7 +19,7 @@ def run(arguments: list[str]) -> int:
     Returned: the exit code; a user's mistake is one line on stderr and code 2, never a traceback.
     A defect of this package shows its traceback and is code 4.
     """
-    on_compile(_say_that_it_compiles())
+    on_compile(_compile_notice())
     try:
         code = app(args=arguments or ['--help'], prog_name='ur5', standalone_mode=False)
         sys.stdout.flush()
@@ -56,7 +56,7 @@ def _command(arguments: list[str]) -> str:
     return f'ur5 {arguments[0]}' if arguments[0] in names else 'ur5'
 
 
-def _say_that_it_compiles() -> Callable[[str], None]:
+def _compile_notice() -> Callable[[str], None]:
     """Return what prints one line at the first kernel that is compiled."""
     compiled: list[str] = []
 

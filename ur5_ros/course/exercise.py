@@ -69,7 +69,7 @@ def checked(name: str, given: Any, shape: tuple[int, ...]) -> np.ndarray:
 def compare(what: str, got: np.ndarray, right: np.ndarray,
             mistakes: Mapping[str, np.ndarray], tolerance: float = TOLERANCE) -> tuple[str, str]:
     """
-    Return why answers are wrong and the usual mistake that gives the same numbers.
+    Return why answers are wrong and the frequent mistake that gives the same numbers.
 
     Parameters
     ----------

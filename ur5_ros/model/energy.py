@@ -1,4 +1,4 @@
-"""Energy of the arm: what the equations of motion keep when nothing drives and nothing rubs."""
+"""Energy of the arm: constant where nothing drives and nothing rubs."""
 
 import numpy as np
 

@@ -111,7 +111,7 @@ class BulletArm:
             [(v1,), (v2,), (v3,), (v4,), (v5,), (v6,)], self._client)
 
     def pose(self, q: Sequence[float]) -> None:
-        """Put the joints at these positions [rad]; only for who looks for contact there."""
+        """Put the joints at these positions [rad]; only to look for contact there."""
         q1, q2, q3, q4, q5, q6 = q
         pybullet.resetJointStatesMultiDof(
             self._body, self._joints, [(q1,), (q2,), (q3,), (q4,), (q5,), (q6,)],

@@ -1,4 +1,4 @@
-"""Friction and the torque of a physics step, compiled; in one file, as Numba's cache is."""
+"""Friction and the torque of a physics step, compiled."""
 
 from math import exp, fabs, sqrt
 
@@ -77,8 +77,8 @@ def line_search(v, target, free, sign, level, lower, upper):
 
 @inlined
 def release_constraint(v, f, free, level, lower, upper):
-    """Return the pinned joint whose f leaves most what it allows, by how much, and its way out."""
-    worst, most, way = 0, 0.0, 0.0
+    """Return the pinned joint whose f exceeds its bounds most, the excess, the direction."""
+    worst, most, direction = 0, 0.0, 0.0
     for i in range(6):
         if free[i]:
             continue
@@ -90,8 +90,8 @@ def release_constraint(v, f, free, level, lower, upper):
         excess = max(back, forth)
         if excess > most or excess != excess:
             worst, most = i, excess
-            way = (-1.0 if back > forth else 1.0) if v[i] == 0.0 else np.sign(v[i])
-    return worst, most, way
+            direction = (-1.0 if back > forth else 1.0) if v[i] == 0.0 else np.sign(v[i])
+    return worst, most, direction
 
 
 @inlined
@@ -142,13 +142,13 @@ def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
             for j in range(6):
                 f[i] -= A[i, j] * delta[j]
                 largest = max(largest, fabs(A[i, j] * delta[j]))
-        worst, excess, way = release_constraint(v, f, free, level, lower, upper)
+        worst, excess, direction = release_constraint(v, f, free, level, lower, upper)
         if excess <= _ROUNDING * (size + strongest + largest):
             for i in range(6):
                 if free[i]:
                     f[i] = sign[i] * level[i]
             return 0
-        free[worst], sign[worst] = 1.0, way
+        free[worst], sign[worst] = 1.0, direction
     return 1
 
 

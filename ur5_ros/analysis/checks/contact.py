@@ -51,7 +51,7 @@ def _cone_check(run: Run, marks: Marks) -> Check:
 
 
 def _passivity_check(run: Run, marks: Marks) -> Check:
-    """Return whether what does not move itself never gives energy to the arm."""
+    """Return whether bodies without a drive never give energy to the arm."""
     if any(body.free or body.restitution > 0.0 for body in run.required_sim.world.bodies):
         return not_applicable(_NAMES[1], 'a body of the world moves or bounces: it may give back '
                               'what it has received')
@@ -80,7 +80,7 @@ def _elastic_energy(run: Run, rows: np.ndarray) -> np.ndarray:
 
 def tool_force(run: Run) -> np.ndarray:
     """
-    Return the wrench at the tool that the contact torque comes to, if all contact is there.
+    Return the tool wrench equivalent to the contact torque, if all contact is at the tool.
 
     Returned: J^-T times the mean of each period's contact torque: force [N] and torque [N m] in
     base at the origin of ``tool0``, up to each state; zero in the first row, (n, 6).

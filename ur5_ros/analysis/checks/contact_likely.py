@@ -1,4 +1,4 @@
-"""Where a real robot was probably touched: external torque beyond what its model leaves open."""
+"""Where a real robot was probably touched: external torque that its model does not explain."""
 
 from typing import Any, NamedTuple
 

@@ -52,7 +52,7 @@ def serve(
     prepare: Callable[[dict[str, Any]], None],
 ) -> None:
     """
-    Let ``change(changes)`` have every live change; what it refuses is refused.
+    Pass every live change to ``change(changes)``; what that refuses is refused.
 
     From here on what is not live is read-only; until then the start may set it.
 
@@ -61,7 +61,7 @@ def serve(
     known = {each.name: each for each in parameters}
 
     def convert(given: list[RosParameter]) -> list[RosParameter]:
-        """Make ``kp: 5`` as good as ``kp: [5.0]``; leave what is wrong to the check."""
+        """Accept ``kp: 5`` for ``kp: [5.0]``; the check refuses what is wrong."""
         return [_converted(known.get(each.name), each) for each in given]
 
     def judge(given: list[RosParameter]) -> SetParametersResult:

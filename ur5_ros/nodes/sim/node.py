@@ -1,4 +1,4 @@
-"""The node ``ur5_sim``: torques in, states out, and nothing that the equations do not know."""
+"""The node ``ur5_sim``: torques in, states out, every influence on the arm recorded."""
 
 import time
 from collections.abc import Callable, Collection

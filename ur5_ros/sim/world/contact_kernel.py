@@ -1,7 +1,7 @@
 """
 One physics step with contact, compiled: joints, free bodies and contact forces together.
 
-The joints are solved exactly, with friction and stops, under the contact forces of now; the
+The joints are solved exactly, with friction and stops, under the present contact forces; the
 contacts are solved with the joints that stick or stand at a stop held; and so on until no joint
 changes between held and free.  The joints come last, so that their equation holds to rounding
 whatever the contacts have come to.
@@ -84,7 +84,7 @@ def plane_of(q, k, angles):
 
 @inlined
 def write_bodies(bodies, rotations, gravity, h, X, F, u):
-    """Write the bodies' velocities after the step under the contact forces of now."""
+    """Write the bodies' velocities after the step under the present contact forces."""
     for i in range(bodies.shape[0]):
         at = 6 + 6 * i
         write_free_velocity(bodies[i], rotations[i], gravity, h, u[at:at + 6])

@@ -26,20 +26,20 @@ class ContactWatch:
     def __init__(self, control_rate: int):
         self._quiet_periods = max(1, round(QUIET * control_rate))
         self._quiet: dict[tuple[str, str], int] = {}
-        self._usual: list[tuple[str, str]] | None = []
-        """Pairs of the usual step, all with a force: nothing begins, nothing ends."""
+        self._steady: list[tuple[str, str]] | None = []
+        """Pairs of the last steady step, all with a force: nothing begins, nothing ends."""
 
     def clear(self) -> None:
         """Forget every contact, as a reset does."""
         self._quiet.clear()
-        self._usual = []
+        self._steady = []
 
     def look(self, steps: Sequence['Contacts']) -> list[tuple[str, dict[str, Any]]]:
         """Take note of a control period."""
-        usual = self._usual
-        if usual is not None:
+        steady = self._steady
+        if steady is not None:
             for step in steps:
-                if step.acting != len(usual) or step.pairs != usual:
+                if step.acting != len(steady) or step.pairs != steady:
                     break
             else:
                 return []
@@ -47,12 +47,12 @@ class ContactWatch:
                     for pair, (x, y, z) in zip(step.pairs, step.force.tolist(), strict=True)
                     if x or y or z}
         last = steps[-1].pairs if steps else []
-        self._usual = None
+        self._steady = None
         if touching == self._quiet.keys():
             for pair in touching:
                 self._quiet[pair] = 0
             if touching == set(last):
-                self._usual = last
+                self._steady = last
             return []
         return self._changes(_felt(steps))
 

@@ -46,7 +46,7 @@ def write_free_velocity(body, R, gravity, h, u):
 
 @inlined
 def move_body(body, u, h):
-    """Take the step of a body: velocity, place, turn; return whether it is where one can be."""
+    """Take the step of a body: velocity, place, turn; return whether it is possible."""
     for a in range(6):
         body[VELOCITY + a] = u[a]
     for a in range(3):

@@ -1,4 +1,4 @@
-"""A pinhole camera in the frame ``base_link``: where points stand in a picture."""
+"""A pinhole camera in the frame ``base_link``: where points are in a picture."""
 
 import numpy as np
 
@@ -30,7 +30,7 @@ class Camera:
         """Eye [m], directions to the right, down and ahead, focus [pixels]; shape (13,)."""
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
-        """Return where points (n, 3) [m] stand in the picture: (n, 2) [px]."""
+        """Return where points (n, 3) [m] are in the picture: (n, 2) [px]."""
         right, down, ahead = self._seen(points).T
         ahead = np.maximum(ahead, 1e-6)
         return np.c_[right / ahead, down / ahead] * self._focus + (self.width / 2, self.height / 2)
