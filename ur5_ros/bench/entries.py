@@ -73,14 +73,6 @@ def entry_of(name: str, gains: Tuned) -> Entry:
 
     KP = w^2 and KD = 2 zeta w where the law weighs by M; times the inertia of the arm at home
     where it does not.
-
-    Parameters
-    ----------
-    name : str
-        One of :data:`LAWS`.
-    gains : Tuned
-        The numbers of the search.
-
     """
     w, own = gains.frequency, gains.own
     kp, kd = w**2, 2.0 * gains.damping * w
@@ -131,19 +123,8 @@ def user_entry(file: str, gains: Path | None = None) -> Entry:
     """
     Return the law of a user's file, which is imported here.
 
-    Parameters
-    ----------
-    file : str
-        A Python file with a class ``Law``.  It gets the gains of ``computed_torque``, or, where
-        its class says ``weighed = False``, those of ``gravity_pd``.
-    gains : Path, optional
-        As for :func:`load_entries`.
-
-    Raises
-    ------
-    InputError
-        If a file is wrong.
-
+    ``file``: A Python file with a class ``Law``.  It gets the gains of ``computed_torque``, or,
+    where its class says ``weighed = False``, those of ``gravity_pd``.
     """
     like = 'computed_torque' if getattr(load_law(file), 'weighed', True) else 'gravity_pd'
     control = entry_of(like, load_bench(gains).laws[like]).control

@@ -33,17 +33,7 @@ def run_limited(module: str, arguments: list[str], seconds: float,
 
     What it prints is kept off the screen; what it starts ends with it.
 
-    Parameters
-    ----------
-    module : str
-        Its main calls :func:`limit_resources` and ends with :func:`end_with`.
-    arguments : list of str
-        Further arguments.
-    seconds : float
-        Wall-clock time after which the process and its children are ended.
-    folder : Path, optional
-        Where it works; a folder that goes with it if not given.
-
+    ``folder``: where it works; a folder that goes with it if not given.
     """
     with TemporaryDirectory(prefix='ur5-limited-', ignore_cleanup_errors=True) as temporary:
         file, errors = Path(temporary) / 'result.json', Path(temporary) / 'errors'

@@ -24,20 +24,7 @@ def probed_entry(file: Path, gains: Path | None = None, seconds: float = SECONDS
 
     The file is read there alone: what it does to its process, it does not do to this one.
 
-    Parameters
-    ----------
-    file : Path
-        A Python file with a class ``Law``.
-    gains : Path, optional
-        As for :func:`ur5_ros.bench.entries.load_entries`.
-    seconds : float
-        Wall-clock time that it gets.
-
-    Raises
-    ------
-    InputError
-        If the law raises, returns no six finite numbers, takes too long or too much memory.
-
+    ``file``: A Python file with a class ``Law``.
     """
     if file.is_dir():
         raise InputError(f'{file} is a folder; give a Python file that defines class Law')

@@ -68,21 +68,7 @@ def checked(name: str, given: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 def compare(what: str, got: np.ndarray, right: np.ndarray,
             mistakes: Mapping[str, np.ndarray], tolerance: float = TOLERANCE) -> tuple[str, str]:
-    """
-    Return why answers are wrong and the frequent mistake that gives the same numbers.
-
-    Parameters
-    ----------
-    what : str
-        Name of the quantity, with its unit.
-    got, right : numpy.ndarray
-        Answers to several questions, and the oracle's.
-    mistakes : mapping
-        Name of a mistake to the answers that it gives.
-    tolerance : float
-        Absolute and relative.
-
-    """
+    """Return why answers are wrong and the frequent mistake that gives the same numbers."""
     if _near(got, right, tolerance):
         return '', ''
     far = float(np.abs(got - right).max())

@@ -49,26 +49,7 @@ def exercise_named(name: str) -> Exercise:
 
 
 def grade(name: str, file: Path, seed: int = 0, seconds: float = SECONDS) -> Grade:
-    """
-    Return what a solution earns.
-
-    Parameters
-    ----------
-    name : str
-        One of :data:`EXERCISES`.
-    file : Path
-        The solution, a Python file.
-    seed : int
-        Of the questions: equal seeds ask the same.
-    seconds : float
-        Wall-clock time that it gets.
-
-    Raises
-    ------
-    InputError
-        If exercise or file do not exist.
-
-    """
+    """Return what a solution earns."""
     lines = exercise_named(name).lines
     if not file.is_file():
         what = f'{file} is a folder' if file.is_dir() else f'no file {file}'

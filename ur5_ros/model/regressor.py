@@ -35,16 +35,7 @@ def inertial_parameters(arm: ArmParameters) -> np.ndarray:
     """
     Return pi of an arm, payload merged into link 6.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        The arm.
-
-    Returns
-    -------
-    numpy.ndarray, shape (60,)
-        In kg, kg m and kg m^2, ten numbers a link.
-
+    Returned: in kg, kg m and kg m^2, ten numbers a link, (60,).
     """
     return link_parameters(*arm.bodies)
 
@@ -53,20 +44,9 @@ def link_parameters(mass: np.ndarray, com: np.ndarray, inertia: np.ndarray) -> n
     """
     Return pi of bodies.
 
-    Parameters
-    ----------
-    mass : numpy.ndarray, shape (6,)
-        Masses [kg].
-    com : numpy.ndarray, shape (6, 3)
-        Centres of mass in the link frames [m].
-    inertia : numpy.ndarray, shape (6, 3, 3)
-        Tensors about the centres of mass [kg m^2].
-
-    Returns
-    -------
-    numpy.ndarray, shape (60,)
-        In kg, kg m and kg m^2, ten numbers a link.
-
+    ``mass`` (6,): masses [kg]; ``com`` (6, 3): centres of mass in the link frames [m]; ``inertia``
+    (6, 3, 3): tensors about the centres of mass [kg m^2].  Returned: in kg, kg m and kg m^2, ten
+    numbers a link, (60,).
     """
     numbers = []
     for m, c, tensor in zip(mass, com, inertia, strict=True):
@@ -129,18 +109,7 @@ def base_parameters(arm: ArmParameters, states: int = 400) -> BaseParameters:
     Dependent columns of Y over well spread states are found from the zeros on the diagonal of its
     QR decomposition (Gautier 1991) and folded into the columns before them.
 
-    Parameters
-    ----------
-    arm : ArmParameters
-        Geometry and gravity; masses do not enter.
-    states : int
-        Number of states.
-
-    Returns
-    -------
-    BaseParameters
-        Independent columns and combinations.
-
+    ``arm``: geometry and gravity; masses do not enter.
     """
     # multiples of irrational numbers modulo one: spread evenly, and the same every time
     spread = np.modf(np.outer(np.arange(1, states + 1), np.sqrt([

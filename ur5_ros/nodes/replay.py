@@ -35,27 +35,8 @@ def replay(
     """
     Publish a recording.
 
-    Parameters
-    ----------
-    playback : Playback
-        What and when.
-    rate : float
-        Simulated per wall time; more than zero.
-    loop : bool
-        Start again at the end, until interrupted.
-    progress : callable, optional
-        Gets the simulated time [s] about ten times a second.
-
-    Returns
-    -------
-    int
-        Messages sent.
-
-    Raises
-    ------
-    InputError
-        If a message type is not installed.
-
+    ``rate``: simulated per wall time; more than zero; ``progress``: gets the simulated time [s]
+    about ten times a second.
     """
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:

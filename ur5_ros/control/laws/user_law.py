@@ -28,20 +28,7 @@ _NO_NUMBERS = {'c': 'complex numbers', 'U': 'text', 'S': 'text', 'M': 'dates', '
 
 
 def load_law(file: str) -> type:
-    """
-    Return the class ``Law`` of a Python file.
-
-    Parameters
-    ----------
-    file : str
-        Path.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it cannot be imported, or has no such class.
-
-    """
+    """Return the class ``Law`` of a Python file."""
     path = Path(file)
     if not path.is_file():
         what = f'{file} is a folder' if path.is_dir() else f'no file {file}'
@@ -85,15 +72,7 @@ def reason(error: BaseException, file: str) -> str:
 
 
 def real_numbers(given: Any) -> np.ndarray:
-    """
-    Return what a user's function gave, as real numbers.
-
-    Raises
-    ------
-    ValueError
-        If it gave something else, said in a few words: ``nothing (None)``, ``complex numbers``.
-
-    """
+    """Return what a user's function gave, as real numbers."""
     if given is None:
         raise ValueError('nothing (None)')
     try:
