@@ -182,11 +182,6 @@ class Run:
         """The contact torque, shape (n, substeps, 6) [N m]; InputError where there is no world."""
         return self._required(self.contact, 'there was no world to touch')
 
-    @property
-    def required_current(self) -> np.ndarray:
-        """The motor currents, shape (n, 6) [A]; InputError where none are recorded."""
-        return self._required(self.current, 'no motor currents are recorded')
-
     def _required(self, part: _Part | None, missing: str) -> _Part:
         if part is None:
             raise InputError(f'{self.name}: {missing}; record it, or choose another run')

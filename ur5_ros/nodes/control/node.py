@@ -14,7 +14,6 @@ from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.cdr.diagnostics import ERROR
 from ur5_ros.config import arm_text
 from ur5_ros.config.node_parameters import ControlParameters
-from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.topics import CONTROL_NODE, CONTROL_TOPICS
 from ur5_ros.control.controller import Controller, controller_from_parameters
 from ur5_ros.errors import InputError
@@ -33,7 +32,7 @@ from ur5_ros.nodes.ros.diagnostics import (
     network,
 )
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
-from ur5_ros.nodes.ros.parameters import declare
+from ur5_ros.nodes.ros.parameters import open_node
 from ur5_ros.nodes.ros.process import compiling, end_node, fault
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
@@ -57,9 +56,7 @@ class ControlNode:
         self, files: list[Path], stop: StopRequest,
         loop: Callable[[Node, str], Any] = make_loop, elsewhere: Collection[str] = (),
     ) -> None:
-        self.node = Node(CONTROL_NODE)
-        require_sections(files, self.node.get_fully_qualified_name())
-        self.parameters = declare(self.node, ControlParameters, elsewhere)
+        self.node, self.parameters = open_node(CONTROL_NODE, files, ControlParameters, elsewhere)
         refuse_folder(self.parameters.bag)
         self._logger = self.node.get_logger()
         with compiling(self._logger):  # and planning, before anything is subscribed to

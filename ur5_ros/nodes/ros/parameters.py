@@ -1,6 +1,7 @@
 """Parameters as ROS knows them, from the declarations in :mod:`ur5_ros.config.parameters`."""
 
 from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -13,11 +14,20 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from ur5_ros.config.node_parameters import Record
+from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.parameters import Parameter, check
 from ur5_ros.errors import InputError
 
 _NUMBERS = RosParameter.Type.DOUBLE_ARRAY
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
+
+
+def open_node(name: str, files: list[Path], record: type[Record],
+              elsewhere: Collection[str]) -> tuple[Node, Record]:
+    """Return a node and its parameters; parameter files have a section for it."""
+    node = Node(name)
+    require_sections(files, node.get_fully_qualified_name())
+    return node, declare(node, record, elsewhere)
 
 
 def declare(node: Node, record: type[Record], elsewhere: Collection[str] = ()) -> Record:

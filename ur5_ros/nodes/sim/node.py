@@ -13,13 +13,12 @@ from ur5_ros.bag.run_folders import new_run_name
 from ur5_ros.config import arm_text
 from ur5_ros.config.arms import ASSUMED, arms_with_assumed_armature
 from ur5_ros.config.node_parameters import SimParameters
-from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS, WORLD_TOPICS
 from ur5_ros.config.worlds import world_text
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import WAITING_PERIOD, EverySecond, Throttle
-from ur5_ros.nodes.ros.parameters import declare, update
+from ur5_ros.nodes.ros.parameters import open_node, update
 from ur5_ros.nodes.ros.process import compiling, end_node
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, run_of
@@ -50,9 +49,7 @@ class SimNode:
         self, files: list[Path], stop: StopRequest,
         loop: Callable[[Node, str], Any] = make_loop, elsewhere: Collection[str] = (),
     ) -> None:
-        self.node = Node(SIM_NODE)
-        require_sections(files, self.node.get_fully_qualified_name())
-        parameters = self.parameters = declare(self.node, SimParameters, elsewhere)
+        self.node, parameters = open_node(SIM_NODE, files, SimParameters, elsewhere)
         if self.node.get_parameter('use_sim_time').value:
             raise InputError('use_sim_time is true, but this node makes the time; leave it false')
         self.stop = stop
