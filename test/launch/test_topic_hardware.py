@@ -217,6 +217,7 @@ def test_the_launch_file_keeps_the_two_descriptions_and_the_names_apart(monkeypa
     assert simulator.parameters[-1]['effort_convention'] == 'gravity_excluded'
     description = ElementTree.fromstring(transforms.parameters[1]['robot_description'])
     assert description.find('ros2_control') is not None
+    assert simulator.parameters[-1]['arm'] == 'ur5e' and description.get('name') == 'ur5e'
     for node in (transforms, manager):
         assert 'robot_description:=/tagged_description' in node.arguments
     assert 'use_sim_time:=true' in manager.arguments

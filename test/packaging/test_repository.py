@@ -24,7 +24,25 @@ def test_a_commit_is_checked_as_continuous_integration_checks():
     checks = {command.removesuffix(' .') for command in make_commands('lint', 'types')}
     assert hooks == checks
     assert {command.removesuffix(' .') for command in make_commands('test')} > checks
-    assert 'make test' in (ROOT / '.ci/run').read_text(encoding='utf-8').splitlines()
+    steps = (ROOT / '.ci/run').read_text(encoding='utf-8').splitlines()
+    assert {'make test', 'make test-pythons PYTHONS=3.12'} <= set(steps), "Ubuntu 24.04's Python"
+
+
+def test_the_workflow_tests_every_python_and_runs_real_ros():
+    """Its form was checked with check-jsonschema; GitHub alone can run it."""
+    text = (ROOT / '.github/workflows/ci.yml').read_text(encoding='utf-8')
+    assert 'not run by this project' in text.splitlines()[0]
+    jobs = yaml.safe_load(text)['jobs']
+    pythons = jobs['quick']['strategy']['matrix']['python'] + [
+        step['with']['python-version'] for step in jobs['whole']['steps'] if 'with' in step]
+    assert sorted(pythons) == re.search(
+        r'^PYTHONS := (.*)$', (ROOT / 'Makefile').read_text(encoding='utf-8'), re.MULTILINE
+    )[1].split()
+    commands = ' '.join(step.get('run', '') for step in jobs['jazzy']['steps'])
+    for part in ('colcon build', 'ros2 launch ur5_ros closed_loop.launch.py', 'validate'):
+        assert part in commands
+    for path in re.findall(r'test/[\w/.]+', commands):
+        assert (ROOT / path).exists(), path
 
 
 def test_the_configuration_of_pre_commit_is_valid():

@@ -97,6 +97,7 @@ class Pair:
                 k, self.clock[0] = k + lost, self.clock[0] + lost * period
 
 
+@pytest.mark.thorough
 @settings(max_examples=times(40, 500), deadline=None, suppress_health_check=[
     HealthCheck.function_scoped_fixture])
 @given(RUNS)
