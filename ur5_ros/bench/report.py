@@ -14,6 +14,10 @@ from ur5_ros.bench.tuning import pareto_front
 
 _UNITS = {'rms_error': 'mrad', 'max_error': 'mrad', 'effort': 'N m', 'energy': 'J',
           'roughness': 'N m/s', 'payload': 'kg', 'delay': 'ms'}
+_HEADS = {'rms_error': 'RMS error', 'max_error': 'largest error', 'effort': 'RMS torque',
+          'payload': 'largest payload', 'delay': 'largest delay'}
+#: One scale from good (blue) to bad (red) where little is good.
+LOW_IS_GOOD = [(0.0, '#4393c3'), (0.5, '#f7f7f7'), (1.0, '#d6604d')]
 
 
 def summary(rows: list[dict[str, Any]]) -> polars.DataFrame:
@@ -43,7 +47,7 @@ def write_report(rows: list[dict[str, Any]], tried: list[Candidate], path: Path)
     table = polars.DataFrame(rows, infer_schema_length=None)
     figures = [_heat_map(table), *([_pareto(tried)] if tried else [])]
     boxes = ''.join(
-        f'<figure><figcaption><b>{markup(each["title"])}</b>{markup(each["caption"])}'
+        f'<figure class="wide"><figcaption><b>{markup(each["title"])}</b>{markup(each["caption"])}'
         f'</figcaption><div class="plot" id="plot-{each["key"]}"></div></figure>\n'
         for each in figures)
     body = (f'<h1>Laws side by side</h1>\n<div class="plots">{boxes}</div>\n'
@@ -100,9 +104,10 @@ def _heat_map(table: polars.DataFrame) -> dict[str, Any]:
     return {'key': 'laws', 'x': 'perturbation', 'y': 'law', 'log': False, 'category': 'xy',
             'title': 'Tracking error',
             'caption': 'Median of the root mean square error [mrad]; in brackets how many '
-                       'survived; the colour is its logarithm.',
+                       'survived; blue is good (the colour is its logarithm).',
             'traces': [{'type': 'heatmap', 'x': names, 'y': list(reversed(laws)), 'z': cells,
-                        'text': texts, 'texttemplate': '%{text}', 'colorscale': 'Viridis',
+                        'text': texts, 'texttemplate': '%{text}', 'colorscale': LOW_IS_GOOD,
+                        'textfont': {'color': '#1c2127', 'size': 12},
                         'hoverongaps': False, 'showscale': False}]}
 
 
@@ -129,7 +134,8 @@ def _table(table: polars.DataFrame) -> str:
         if name in ('rms_error', 'max_error'):
             return f'{1e3 * value:.3g}'
         return f'{value:.3g}' if isinstance(value, float) else str(value)
-    head = ''.join(f'<th>{markup(name)}{_unit(name)}</th>' for name in table.columns)
+    head = ''.join(f'<th>{markup(_HEADS.get(name, name))}{_unit(name)}</th>'
+                   for name in table.columns)
     rows = ''.join('<tr>' + ''.join(f'<td>{markup(shown(name, value))}</td>'
                                     for name, value in row.items()) + '</tr>\n'
                    for row in table.to_dicts())

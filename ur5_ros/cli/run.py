@@ -1,7 +1,9 @@
 """One command line from its arguments to its exit code."""
 
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Callable
 
 import typer
@@ -62,19 +64,21 @@ def _compile_notice() -> Callable[[str], None]:
 
     def notice(name: str) -> None:
         if not compiled:
-            print('ur5: compiling for this processor, once, for up to half a minute; ur5 warm-up '
-                  'does it ahead', file=sys.stderr)
+            print('ur5: compiling for this processor, once, for up to half a minute\n'
+                  'ur5: (ur5 warm-up does it ahead)', file=sys.stderr)
         compiled.append(name)
 
     return notice
 
 
 def _complain(text: str, code: int) -> int:
-    line = ' '.join(text.split())
-    if sys.stderr.isatty() and not os.environ.get('NO_COLOR'):
-        line = f'\x1b[31mur5:\x1b[0m {line}'
-    else:
-        line = f'ur5: {line}'
+    """Print one line; a terminal gets it wrapped at blanks."""
+    line = f'ur5: {" ".join(text.split())}'
+    if sys.stderr.isatty():
+        line = '\n'.join(textwrap.wrap(line, shutil.get_terminal_size().columns,
+                                       break_long_words=False, break_on_hyphens=False))
+        if not os.environ.get('NO_COLOR'):
+            line = line.replace('ur5:', '\x1b[31mur5:\x1b[0m', 1)
     print(line, file=sys.stderr)
     return code
 

@@ -83,8 +83,10 @@ def show_text(out: Console, text: str) -> None:
 
 def show_next(out: Console, command: str, purpose: str) -> None:
     """Print the command that is useful next."""
-    out.print(Text.assemble(('next: ', 'dim'), command, (f'  # {purpose}', 'dim')),
-              soft_wrap=True)
+    whole = f'next: {command}  # {purpose}'
+    apart = out.is_terminal and len(whole) > out.width  # a command is never broken
+    out.print(Text.assemble(('next: ', 'dim'), command,
+                            (f'{chr(10) if apart else "  "}# {purpose}', 'dim')), soft_wrap=True)
 
 
 def number(value: float | None) -> str:

@@ -36,7 +36,7 @@ class LimitWatch:
         self._touching[kind] = joints
         self.quiet = not any(self._touching.values())
         message = (_SENTENCE[kind].format(', '.join(joints)) if joints
-                   else f'no joint at a {kind} limit any more')
+                   else f'all joints are within their {kind} limits again')
         return event(stamp, 'limit', message, kind=kind, joints=list(joints), active=bool(joints))
 
 

@@ -11,6 +11,8 @@ from ur5_ros.sweep.units import with_unit
 
 #: Runs that a figure shows at most.
 MOST_POINTS = 5000
+#: Lines of each kind that the parallel axes show at most.
+MOST_LINES = 500
 
 
 def drawn_figures(table: polars.DataFrame, spec: SweepSpec) -> list[dict[str, Any]]:
@@ -60,11 +62,27 @@ def _scatter(number: int, key: str, drawn: list[float], result: str, values: lis
 
 def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
               success: list[bool]) -> dict[str, Any]:
-    dimensions = [{'label': key, 'values': drawn} for key, drawn in columns.items()]
-    dimensions.append({'label': with_unit(result), 'values': values})
-    colour = [1.0 if each else 0.0 for each in success]
-    return {'key': 'parallel', 'x': '', 'y': '', 'log': False, 'title': 'All numbers drawn',
-            'caption': 'A line a run: blue succeeded, orange failed. Drag an axis to choose.',
-            'traces': [{'type': 'parcoords', 'dimensions': dimensions,
-                        'line': {'color': colour, 'cmin': 0.0, 'cmax': 1.0,
-                                 'colorscale': [[0.0, REFERENCE], [1.0, MEASURED]]}}]}
+    """Return a line a run over all numbers; each axis goes from the least to the greatest."""
+    axes = {**columns, with_unit(result): values}
+    places, labels = [], []
+    for key, numbers in axes.items():
+        known = [number for number in numbers if number is not None]
+        low, high = min(known, default=0.0), max(known, default=0.0)
+        places.append([None if number is None else (number - low) / ((high - low) or 1.0)
+                       for number in numbers])
+        labels.append(f'{key}<br>{low:.3g} to {high:.3g}')
+    traces = []
+    for good, name, colour in ((True, 'succeeded', MEASURED), (False, 'failed', REFERENCE)):
+        rows = [i for i, each in enumerate(success) if bool(each) is good][:MOST_LINES]
+        if rows:
+            traces.append({
+                'type': 'scatter', 'mode': 'lines', 'name': name, 'connectgaps': False,
+                'x': [x for _ in rows for x in (*range(len(axes)), None)],
+                'y': [y for i in rows for y in (*(column[i] for column in places), None)],
+                'line': {'color': colour, 'width': 1}, 'opacity': 0.5, 'hoverinfo': 'name'})
+    return {'key': 'parallel', 'x': '', 'y': 'place between least and greatest', 'log': False,
+            'title': 'All numbers drawn', 'wide': True,
+            'caption': 'A line a run: blue succeeded, orange failed. Each axis goes from the '
+                       'least to the greatest number; a click on the legend hides a kind.',
+            'xaxis': {'tickvals': list(range(len(axes))), 'ticktext': labels},
+            'traces': traces}

@@ -67,7 +67,7 @@ def _rate_figures(table: polars.DataFrame, spec: SweepSpec) -> list[dict[str, An
         shares = [rate.rate for rate in rates.values()]
         figures.append({
             'key': f'rate-{number}', 'x': with_unit(key), 'y': 'success rate', 'log': False,
-            'category': 'x',
+            'category': 'x', 'yaxis': {'range': [-0.05, 1.05], 'tickformat': '.0%'},
             'title': f'Success over {key}',
             'caption': 'Bars: 95 % interval (Wilson).' if random else 'Share of the runs.',
             'traces': [{
@@ -100,7 +100,8 @@ def _ticks(values: list[Any]) -> list[str]:
 
 
 def _box(figure: dict[str, Any]) -> str:
-    return (f'<figure><figcaption><b>{_text(figure["title"])}</b>{_text(figure["caption"])}'
+    wide = ' class="wide"' if figure.get('wide') else ''
+    return (f'<figure{wide}><figcaption><b>{_text(figure["title"])}</b>{_text(figure["caption"])}'
             f'</figcaption><div class="plot" id="plot-{figure["key"]}"></div></figure>\n')
 
 

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.laws import largest, laws_of, promised_rows
 from ur5_ros.analysis.result import Check, judge, not_applicable
+from ur5_ros.config.arms import ASSUMED, arms_with_assumed_armature
 from ur5_ros.config.validation import Marks
 from ur5_ros.model.dynamics import inertia_matrix
 from ur5_ros.signals import JOINT_NAMES
@@ -177,4 +178,11 @@ def sampled_cause(run: Run, checks: Sequence[Check]) -> dict[str, Any] | None:
     return cause | {'largest_damping': most, 'sentence': (
         f'{words}: a torque held for a period carries a damping of about {most:.2g} N m s/rad on '
         f'this joint of {record.arm_name}, beside the inertia that it moves; lower its damping, '
-        'raise control_rate, or simulate an arm with rotor inertia, such as ur5_real')}
+        f'raise control_rate{_other_arm(record)}')}
+
+
+def _other_arm(record: NodeRecord) -> str:
+    """Return the advice to take an arm with rotor inertia, where this one has none."""
+    better = {'ur5': 'ur5_real'}.get(record.arm_name, record.arm_name + ASSUMED)
+    known = better == 'ur5_real' or better in arms_with_assumed_armature()
+    return f', or simulate the arm with rotor inertia: {better}' if known else ''

@@ -122,14 +122,12 @@ class Identified(NamedTuple):
             words.append('not excited by this motion, left as in the arm that the fit began '
                          f'with: {", ".join(self.not_excited)}; record the experiment exciting, '
                          'or one made by ur5 excite')
-        words.append(f'torque predicted on {self.test.run} within {_list(self.test.error_rms)} '
-                     f'N m RMS a joint, of {_list(self.test.torque_rms, 3)} N m; in training '
-                     f'{_list(self.train.error_rms)} N m')
-        for what, unit, value, error in (
-                ('viscous friction', 'N m s/rad', self.viscous, self.viscous_error),
-                ('Coulomb friction', 'N m', self.coulomb, self.coulomb_error)):
-            listed = ', '.join(f'{v:.3g} +- {e:.1g}' for v, e in zip(value, error, strict=True))
-            words.append(f'{what} in the torque, joints 1 to 6: {listed} {unit}')
+        share = self.test.error_rms / np.where(self.test.torque_rms > 0.0, self.test.torque_rms,
+                                               np.inf)
+        worst = int(np.argmax(share))
+        words.append(f'torque predicted on {self.test.run} within '
+                     f'{100 * share[worst]:.2g} % of its RMS in every joint (worst: '
+                     f'{JOINT_NAMES[worst]})')
         words += self._families()
         if self.moved > 3.0:
             words.append(f'the fit itself is no physical arm; the one written is {self.moved:.2g} '

@@ -35,7 +35,7 @@ def figures(result: Result) -> list[Figure]:
             'smoothed', 'Torque that the arm does not explain', 'Recorded torque minus inverse '
             'dynamics, smoothed over blocks.',
             [curve(t, unexplained_torque[:, i], name, COLOURS[i])
-             for i, name in enumerate(JOINT_NAMES)],
+             for i, name in enumerate(SHORT_NAMES)],
             'torque [N m]', wide=True))
     if 'surplus' in series:
         run = series['run']
@@ -137,7 +137,7 @@ def _joint_figures(run: Run) -> list[Figure]:
 def _error_figures(series) -> list[Figure]:
     run, dynamics = series['run'], series['dynamics']
     t, traces = run.t, []
-    for i, name in enumerate(JOINT_NAMES):
+    for i, name in enumerate(SHORT_NAMES):
         traces.append(curve(t, dynamics.error[:, i], name, COLOURS[i]))
         traces.append(curve(t, dynamics.continuous[:, i], f'{name}, theory', COLOURS[i], 'dot',
                             2.4))
@@ -146,7 +146,7 @@ def _error_figures(series) -> list[Figure]:
                        'error [rad]', wide=True)]
     distance = [curve(t, magnitudes(dynamics.error[:, i] - dynamics.continuous[:, i]), name,
                       COLOURS[i])
-            for i, name in enumerate(JOINT_NAMES)]
+            for i, name in enumerate(SHORT_NAMES)]
     found = [
         Figure('error', 'Joint error e(t) against theory', "Recorded error (line) and the "
                "solution of e'' + Kd e' + Kp e = 0 from the same start (dots).", traces,
@@ -156,7 +156,7 @@ def _error_figures(series) -> list[Figure]:
                log=True)]
     if run.substeps == 1:
         step = [curve(t[1:], magnitudes(dynamics.error[1:, i] - dynamics.sampled[1:, i]), name,
-                      COLOURS[i]) for i, name in enumerate(JOINT_NAMES)]
+                      COLOURS[i]) for i, name in enumerate(SHORT_NAMES)]
         found.append(Figure(
             'error_sampled', 'Distance of e(t) from the sampled equation', 'The loop as it is '
             'sampled, followed from the first state: only rounding should be left.', step,
@@ -195,7 +195,7 @@ def _residual_figures(series) -> list[Figure]:
         if key not in series:
             continue
         traces = [curve(run.t[:-1], magnitudes(series[key][:, i]), name, COLOURS[i])
-                  for i, name in enumerate(JOINT_NAMES)]
+                  for i, name in enumerate(SHORT_NAMES)]
         found.append(Figure(key, title, 'What the equations leave unexplained, as torque: '
                             'rounding if model and plant agree.', traces, '|residual| [N m]',
                             log=True))
@@ -226,7 +226,7 @@ def _external_torque_figures(series) -> list[Figure]:
 def _paired(t: np.ndarray, values: np.ndarray, others: np.ndarray,
             word: str) -> list[dict[str, Any]]:
     """Return two curves a joint, the second dotted and named by a word."""
-    return [trace for i, name in enumerate(JOINT_NAMES) for trace in (
+    return [trace for i, name in enumerate(SHORT_NAMES) for trace in (
         curve(t, values[:, i], name, COLOURS[i]),
         curve(t, others[:, i], f'{name}, {word}', COLOURS[i], 'dot'))]
 

@@ -53,7 +53,9 @@ def _verdict(result: Result) -> str:
     count = [check.verdict for check in result.checks]
     failed = [check for check in result.checks if check.verdict == FAIL]
     if failed:
-        words = f'{len(failed)} of {len(count)} checks fail. First: {failed[0].sentence}.'
+        why = (f'Cause: {result.causes[0]["sentence"]}' if result.causes
+               else f'First: {failed[0].sentence}')
+        words = f'{len(failed)} of {len(count)} checks fail. {why}.'
     else:
         words = f'{count.count(PASS)} checks pass'
         skipped = count.count(NOT_APPLICABLE)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.identification.result import Identified, Prediction
+from ur5_ros.analysis.identification.words import unit_of, with_error
 from ur5_ros.analysis.report.document import html_document, markup, write_document
 from ur5_ros.analysis.report.figure import Figure, packed
 from ur5_ros.analysis.report.figures import curve
@@ -28,7 +29,7 @@ def identification_html(found: Identified) -> str:
     plots = identification_figures(found)
     words = ''.join(f'<li>{markup(sentence)}</li>' for sentence in found.sentences())
     body = ''.join([
-        f'<h1>{markup(found.arm.name)}: identified from {markup(found.train.run)}</h1>\n',
+        f'<h1>Arm {markup(found.arm.name)}, identified from {markup(found.train.run)}</h1>\n',
         f'<ul>{words}</ul>\n', figure_section('Torque', plots), _joints(found), _base(found)])
     return html_document(f'identification: {found.arm.name}', body,
                          [figure_data(plot) for plot in plots])
@@ -45,7 +46,7 @@ def _torque(test: Prediction, i: int) -> Figure:
     t, series = test.series['time'], test.series
     traces = [curve(t, series['torque'][:, i], 'measured', MEASURED),
               curve(t, series['predicted'][:, i], 'predicted', REFERENCE, 'dot')]
-    return Figure(f'torque-{i}', f'Torque of {JOINT_NAMES[i]}',
+    return Figure(f'torque-{i}', f'Torque, {JOINT_NAMES[i]}',
                   f'Measured and predicted on {test.run}, means over 0.15 s; a gap where the '
                   'joint rests and friction has no direction.', traces, 'torque [N m]')
 
@@ -91,13 +92,14 @@ def _joints(found: Identified) -> str:
 
 
 def _base(found: Identified) -> str:
-    rows = [(name, f'{value:.6g}', f'{error:.2g}') for name, (value, error) in found.base.items()]
+    rows = [(name, _value(value, error), unit_of(name))
+            for name, (value, error) in found.base.items()]
     rows += [(name, 'not excited', '') for name in found.not_excited]
-    return _table('Base parameters', ('name', 'value', 'standard error'), rows)
+    return _table('Base parameters', ('name', 'value', 'unit'), rows)
 
 
 def _value(value: float, error: float) -> str:
-    return f'{value:.4g} ± {error:.1g}'
+    return with_error(value, error).replace('+-', '±')
 
 
 def _table(title: str, head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:

@@ -1,7 +1,9 @@
 """Commands on bags: replay, import, recover."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
+from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import WITH_LOSS, YES
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
@@ -13,18 +15,18 @@ def replay(
 ) -> int:
     """Publish a bag's messages; see ``ur5 replay --help``."""
     from ur5_ros.bag.playback import load_playback
-    from ur5_ros.cli import terminal
     if not 0.0 < rate < float('inf'):
         raise InputError(f'--rate {rate:g}; give more than zero, 1 is real time')
     playback = load_playback(run, topics, start, stop, clock)
     for remark in playback.remarks:
-        print(f'note: {remark}')
+        terminal.show_text(terminal.console(), f'note: {remark}')
     from ur5_ros.nodes.ros.environment import check_environment
     check_environment()  # the middleware is loaded with the next import
     from ur5_ros.nodes.replay import replay as publish
     with terminal.progress('replaying', float(playback.time[-1]) * 1e-9, 's') as advance:
         sent = publish(playback, rate, loop, advance)
-    print(f'{sent} messages sent on {", ".join(playback.types)}')
+    terminal.show_text(terminal.console(),
+                       f'{sent} messages sent on {", ".join(playback.types)}')
     return YES
 
 
@@ -32,8 +34,7 @@ def recover(run: Path, out: Path | None, json: Path | None) -> int:
     """Repair a bag; exit 3 when a part of it is lost for good."""
     from ur5_ros.bag.recovery import recover as repair
     found = repair(run, out)
-    for sentence in found.sentences():
-        print(sentence)
+    _print(found.sentences())
     write_json(found.to_plain(), json)
     return YES if found.intact else WITH_LOSS
 
@@ -41,6 +42,11 @@ def recover(run: Path, out: Path | None, json: Path | None) -> int:
 def import_log(log: Path, out: Path, arm: str, columns: str | None) -> int:
     """Turn a robot's own log into a bag; see ``ur5 import --help``."""
     from ur5_ros.analysis.data.logs.robot_log import import_log as convert
-    for sentence in convert(log, out, arm, columns):
-        print(sentence)
+    _print(convert(log, out, arm, columns))
+    terminal.show_next(terminal.console(), f'ur5 validate {out}', 'is the model right?')
     return YES
+
+
+def _print(sentences: Iterable[str]) -> None:
+    for sentence in sentences:
+        terminal.show_text(terminal.console(), sentence)

@@ -26,17 +26,18 @@ def demo(
     except FileExistsError:
         raise InputError(f'run folder {folder} exists; give another one, or remove it') from None
     out = terminal.console()
-    out.print(f'{experiment}: {config.duration:g} s at {control_rate} Hz, arm {arm}, law of '
-              f'{control_arm or arm}; recording into {folder}', soft_wrap=True)
+    terminal.show_text(out, f'{experiment}: {config.duration:g} s at {control_rate} Hz, arm '
+                       f'{arm}, law of {control_arm or arm}; recording into {folder}')
     with terminal.progress('simulating', config.duration, 's') as advance:
         seconds = run_two_nodes(config, folder, advance, composed)
-    out.print(f'{config.duration:g} s in {seconds:.1f} s of wall clock: '
-              f'{config.duration / seconds:.1f} times real time', soft_wrap=True)
+    terminal.show_text(out, f'{config.duration:g} s in {seconds:.1f} s of wall clock: '
+                       f'{config.duration / seconds:.1f} times real time')
     result = judge.judge(folder)
     judge.write(result, folder / 'result.json', folder / 'report.html', None)
     terminal.show_result(out, result)
+    out.print('sha256 of the messages:')
     for topic, digest in hashes(folder).items():
-        out.print(f'sha256 of {topic}: {digest}', soft_wrap=True)
+        out.print(f'{digest}  {topic}', soft_wrap=True)
     out.print(Text(f'report: {folder / "report.html"}'), soft_wrap=True)
     terminal.show_next(out, f'ur5 view {folder}', 'the arm in the browser')
     return YES if result.passed else NO

@@ -18,6 +18,8 @@ from ur5_ros.analysis.identification.excitation_files import refuse_existing, wr
 from ur5_ros.analysis.identification.identify import Identified, identify_payload
 from ur5_ros.analysis.identification.identify import identify as fit
 from ur5_ros.analysis.identification.trial import trial_errors
+from ur5_ros.analysis.identification.words import unit_of, with_error
+from ur5_ros.analysis.report.palette import SHORT_NAMES
 from ur5_ros.analysis.result import FAIL
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
@@ -25,7 +27,6 @@ from ur5_ros.cli.json_file import write_json
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sweep.batch_validation import marks_of
 
 
@@ -54,6 +55,12 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
         from ur5_ros.analysis.report.identification import write_identification_html
         write_identification_html(found, html)
         print(f'written: {html}')
+    if out is not None:
+        terminal.show_next(terminal.console(), f'ur5 validate {runs[0]} --arm {out}',
+                           'the run, judged with the arm that was found')
+    else:
+        terminal.show_next(terminal.console(), f'ur5 identify {runs[0]} -o arm.yaml',
+                           'the same, with an arm file')
     return YES
 
 
@@ -101,11 +108,11 @@ def _show_excitation(found: Excitation, error: np.ndarray, away: np.ndarray) -> 
     for name, *numbers in zip(found.names, found.error, error, away, strict=True):
         table.add_row(Text(name), *(f'{number:.2g}' for number in numbers))
     screen.print(table)
-    screen.print(Text(
+    terminal.show_text(screen, (
         f'condition number {found.condition:.4g} (columns as they are: '
         f'{found.condition_raw:.4g}) after {found.tried} series; errors for torque '
         f'noise of {", ".join(f"{x:.3g}" for x in found.noise)} N m a sample at 100 Hz; the '
-        'trial is a fit to a recording of this motion with such noise'), soft_wrap=True)
+        'trial is a fit to a recording of this motion with such noise'))
 
 
 def _payload_alone(loaded: Run | None, arm: ArmParameters | None, json: Path | None) -> int:
@@ -122,17 +129,18 @@ def _payload_alone(loaded: Run | None, arm: ArmParameters | None, json: Path | N
 
 def _show(found: Identified) -> None:
     screen = terminal.console()
-    base = Table('base parameter', 'value', 'standard error', box=None, pad_edge=False,
-                 header_style='bold')
+    base = Table('base parameter', 'value', 'unit', box=None, pad_edge=False, header_style='bold')
     for name, (value, error) in found.base.items():
-        base.add_row(Text(name), f'{value:.6g}', f'{error:.2g}')
+        base.add_row(Text(name), with_error(value, error), unit_of(name))
     screen.print(base)
-    joints = Table('joint', 'viscous', '+-', 'Coulomb', '+-', 'torque RMS', 'error RMS',
-                   'error max', box=None, pad_edge=False, header_style='bold')
-    for i, name in enumerate(JOINT_NAMES):
-        joints.add_row(name, *(f'{column[i]:.4g}' for column in (
-            found.viscous, found.viscous_error, found.coulomb, found.coulomb_error,
-            found.torque_rms, found.test_rms, found.test_max)))
+    joints = Table('joint', 'viscous [N m s/rad]', 'Coulomb [N m]', 'torque RMS [N m]',
+                   'error RMS [N m]', 'largest error [N m]', box=None, pad_edge=False,
+                   header_style='bold')
+    for i, name in enumerate(SHORT_NAMES):
+        joints.add_row(name, with_error(found.viscous[i], found.viscous_error[i]),
+                       with_error(found.coulomb[i], found.coulomb_error[i]),
+                       *(f'{column[i]:.3g}' for column in (
+                           found.torque_rms, found.test_rms, found.test_max)))
     screen.print(joints)
     for sentence in found.sentences():
         terminal.show_text(screen, sentence)

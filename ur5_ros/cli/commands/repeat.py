@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.loop.repeat import Repetition
@@ -25,7 +26,7 @@ def recontrol(run: Path, json: Path | None) -> int:
 def _repeat(folder: Path, repeat: Callable[[Run], Repetition], json: Path | None) -> int:
     run = load_run(folder)
     found = repeat(run)
-    print(f'{run.name}: {found.sentence}')
+    terminal.show_text(terminal.console(), f'{run.name}: {found.sentence}')
     write_json({'format': 'ur5_ros repetition', 'version': 1, 'run': run.name,
                 'equal': found.equal, **found._asdict()}, json)
     return YES if found.equal else NO

@@ -39,8 +39,8 @@ def sweep(name: str, out: Path | None, scheduler: str | None, workers: int | Non
         with terminal.progress(spec.name, total, 'runs') as advance:
             run_sweep(spec, folder, scheduler, workers, advance)
     except KeyboardInterrupt:
-        screen.print(f'{len(folder.done())} of {total} runs are done; the same command goes on',
-                     soft_wrap=True)
+        terminal.show_text(screen, f'{len(folder.done())} of {total} runs are done; the same '
+                           'command goes on')
         raise
     screen.print(f'table: {folder.write_table()}', soft_wrap=True)
     return _report(folder, screen)
@@ -58,15 +58,17 @@ def _report(folder: SweepFolder, screen: terminal.Console) -> int:
     rate = write_report(folder, path)
     interval = (f' (95 % interval {rate.low:.1%} to {rate.high:.1%})'
                 if has_drawn_keys(folder.spec) else '')
-    screen.print(f'{rate.successes} of {rate.runs} runs succeeded: {rate.rate:.1%}{interval}',
-                 soft_wrap=True)
+    terminal.show_text(screen, f'{rate.successes} of {rate.runs} runs succeeded: {rate.rate:.1%}'
+                       f'{interval}')
     worst = worst_runs(folder.table(), 3, folder.spec.success)
     failures = [row for row in worst if not row['success']]
     for row in failures:
         terminal.show_text(
             screen, f'run {row["index"]}: {row["status"]}: {row.get("why") or ""}')
-        screen.print(Text(f'  {repeat_command(folder.path, row["index"])}'), soft_wrap=True)
     screen.print(Text(f'report: {path}'), soft_wrap=True)
+    if failures:
+        terminal.show_next(screen, repeat_command(folder.path, failures[0]['index']),
+                           'the worst run again, with its bags')
     return YES
 
 
@@ -93,6 +95,7 @@ def _one(spec: SweepSpec, index: int, out: Path | None) -> int:
     row = row_of(altered(spec, keep='all'), run, bags)
     screen = terminal.console()
     for key, value in row.items():
-        screen.print(Text(f'{key}: {value}'), soft_wrap=True)
+        shown = f'{value:.4g}' if isinstance(value, float) else value
+        screen.print(Text(f'{key}: {shown}'), soft_wrap=True)
     screen.print(Text(f'bags: {folder}'), soft_wrap=True)
     return YES if row['success'] else NO

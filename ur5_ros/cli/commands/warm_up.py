@@ -23,6 +23,9 @@ KERNELS = (
     (f'{_MODEL}.dynamics', 'inertia', True),
     (f'{_MODEL}.kinematics', 'jacobian_rate', True),
     (f'{_MODEL}.kinematics', 'jacobian', True),
+    ('ur5_ros.sim.integrator_kernel', 'engine_torque', False),
+    (f'{_MODEL}.forward_dynamics', 'forward', False),
+    ('ur5_ros.sim.integrator_kernel', 'friction', False),
     (f'{_MODEL}.dynamics', 'gravity', False),
     (f'{_MODEL}.kinematics', 'links', True),
     (f'{_MODEL}.regressor', 'regressor', True),
@@ -42,8 +45,8 @@ def warm_up() -> int:
             compiled += task.result()
             advance(done)
     seconds = time.monotonic() - began
-    out.print(f'{compiled} of {len(KERNELS)} kernels compiled in {seconds:.1f} s; the others were '
-              'kept from before', soft_wrap=True)
+    terminal.show_text(out, f'{compiled} of {len(KERNELS)} kernels compiled in {seconds:.1f} s; '
+                       'the others were kept from before')
     return YES
 
 

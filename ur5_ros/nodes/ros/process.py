@@ -107,7 +107,8 @@ def compiling(logger: Any) -> Iterator[None]:
     on_compile(notice)
     yield
     if compiled:
-        logger.info(f'{len(compiled)} kernels compiled in {time.monotonic() - began:.1f} s')
+        logger.info(f'{len(compiled)} kernel{"s" if len(compiled) > 1 else ""} compiled in '
+                    f'{time.monotonic() - began:.1f} s')
 
 
 def freeze_garbage() -> None:
