@@ -10,11 +10,21 @@ import pytest
 from numpy.testing import assert_allclose
 
 from ur5_ros.bench.entries import LAWS, Candidate, Tuned, entry_of, load_bench, load_entries
-from ur5_ros.bench.perturbations import PERTURBATIONS, Conditions, conditions_of
+from ur5_ros.bench.perturbations import ACCURATE, PERTURBATIONS, SURVIVES, conditions_of
 from ur5_ros.bench.probe import probed_entry
-from ur5_ros.bench.report import summary, write_report
-from ur5_ros.bench.runs import Job, do_jobs, jobs_of, largest_payload, row_of, run_of
+from ur5_ros.bench.report import write_report
+from ur5_ros.bench.runs import (
+    LARGEST,
+    Job,
+    border_conditions,
+    borders_of,
+    do_jobs,
+    jobs_of,
+    row_of,
+    run_of,
+)
 from ur5_ros.bench.scores import SCORES, scores_of
+from ur5_ros.bench.table import border_text, summary
 from ur5_ros.bench.tuning import candidates, pareto_front, write_bench
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
@@ -90,14 +100,28 @@ def test_every_law_survives_the_ordinary_run_with_its_tuned_gains(law):
     assert row['survived'], row['why']
 
 
-def test_the_largest_payload_is_the_border_between_surviving_and_not():
-    spring = entry('pd')
-    found = largest_payload(spring)
+@pytest.mark.parametrize(('law', 'what', 'step'), [
+    ('pd', 'payload', 0.125), ('sliding_mode', 'delay', 1.0)])
+def test_the_largest_payload_and_delay_are_borders_between_surviving_and_not(law, what, step):
+    found = borders_of(entry(law), what)
 
-    def survives(mass):
-        return run_of(spring, Conditions(sim={'payload.mass': mass}), np.zeros(6))['survived']
-    assert survives(found)
-    assert found == 8.0 or not survives(found + 0.125)
+    def worst(value):
+        error = run_of(entry(law), border_conditions(what, value), np.zeros(6))['max_error']
+        return np.inf if error is None else error
+    for border, within in ((found['largest'], SURVIVES), (found['accurate'], ACCURATE)):
+        assert 0.0 < border < LARGEST[what]  # no law survives all that is tried
+        assert worst(border) <= within < worst(border + step)
+    assert found['accurate'] < found['largest']
+
+
+def test_what_survives_all_that_is_tried_is_said_to_survive_more(monkeypatch):
+    monkeypatch.setitem(LARGEST, 'delay', 4.0)
+    found = borders_of(entry('computed_torque'), 'delay')
+    assert found == {'largest': np.inf, 'accurate': np.inf}
+    row = {'delay': found['largest'], 'accurate_delay': found['accurate']}
+    assert border_text(row, 'delay') == '> 4 (> 4)'
+    assert border_text({'payload': 21.625, 'accurate_payload': 11.375}, 'payload') == '21.6 (11.4)'
+    assert border_text({}, 'payload') == '-'
 
 
 def law_file(tmp_path, text):

@@ -6,7 +6,7 @@ import polars
 
 from ur5_ros.bench.entries import LAWS
 from ur5_ros.bench.perturbations import PERTURBATIONS
-from ur5_ros.bench.report import markdown
+from ur5_ros.bench.table import markdown
 
 ROOT = Path(__file__).resolve().parents[2]
 

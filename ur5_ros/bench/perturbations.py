@@ -13,6 +13,9 @@ from ur5_ros.model.parameters import ArmParameters
 ARM = 'ur5_real'
 #: Joint errors at the start are drawn within this [rad].
 START_ERROR = 0.02
+#: A law whose largest joint error stays below the first has survived; below the second it is
+#: still accurate [rad].
+SURVIVES, ACCURATE = 0.2, 0.02
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,7 @@ class Conditions:
 
     experiment: str = 'multi_sine'
     control_rate: int = 1000
-    survives: float = 0.2
+    survives: float = SURVIVES
     """A law whose largest joint error stays below this has survived [rad]."""
     sim: dict[str, Any] = field(default_factory=dict)
     sim_arm: Callable[[ArmParameters], ArmParameters] = lambda arm: arm

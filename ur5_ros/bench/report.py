@@ -2,145 +2,118 @@
 
 import math
 from pathlib import Path
-from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 
-import polars
-
-from ur5_ros.analysis.report.document import html_document, markup
+from ur5_ros.analysis.report.document import html_document, markup, write_document
 from ur5_ros.bench.entries import Candidate
-from ur5_ros.bench.scores import SCORES
+from ur5_ros.bench.perturbations import ACCURATE, SURVIVES
+from ur5_ros.bench.runs import LARGEST
+from ur5_ros.bench.table import border_text, error_cells, summary
 from ur5_ros.bench.tuning import pareto_front
+from ur5_ros.sweep.report import LOW_IS_GOOD
 
-_UNITS = {'rms_error': 'mrad', 'max_error': 'mrad', 'effort': 'N m', 'energy': 'J',
-          'roughness': 'N m/s', 'payload': 'kg', 'delay': 'ms'}
-_HEADS = {'rms_error': 'RMS error', 'max_error': 'largest error', 'effort': 'RMS torque',
-          'payload': 'largest payload', 'delay': 'largest delay'}
-#: One scale from good (blue) to bad (red) where little is good.
-LOW_IS_GOOD = [(0.0, '#4393c3'), (0.5, '#f7f7f7'), (1.0, '#d6604d')]
-
-
-def summary(rows: list[dict[str, Any]]) -> polars.DataFrame:
-    """
-    Return a row for each law.
-
-    Returned: ``law``, runs, how many survived, the median of each score over the runs survived,
-    the largest payload [kg] and delay [ms] survived; in the order of the laws.
-    """
-    table = polars.DataFrame(rows, infer_schema_length=None)
-    runs = table.filter(polars.col('kind') == 'run')
-    lived = polars.col('survived')
-    means = runs.group_by('law', maintain_order=True).agg(
-        polars.len().alias('runs'), lived.sum().alias('survived'),
-        *(polars.col(score).filter(lived).median() for score in SCORES))
-    for what in ('payload', 'delay'):
-        if 'largest' in table.columns:
-            found = table.filter((polars.col('kind') == 'survival')
-                                 & (polars.col('perturbation') == what))
-            means = means.join(found.select('law', polars.col('largest').alias(what)), on='law',
-                               how='left', maintain_order='left')
-    return means
+#: A law that is so many times worse than the best of its column has the last colour.
+_WORST = 100.0
+#: A colour and a mark for each law; both stand out on white and on black.
+_COLOURS = ('#8c8c8c', '#3d85c6', '#3fa66b', '#e0803a', '#d0505e', '#9070c8', '#e377c2',
+            '#17a2b8', '#a08438', '#7a9e2e', '#5b5bd6', '#c94f9b')
+_MARKS = ('circle', 'square', 'diamond', 'triangle-up', 'x')
+#: Heading of a column of the table, its key and what its numbers are multiplied with.
+_COLUMNS = (('rms error [mrad]', 'rms_error', 1e3), ('worst error [mrad]', 'max_error', 1e3),
+            ('effort [N m]', 'effort', 1.0), ('energy [J]', 'energy', 1.0),
+            ('roughness [N m/s]', 'roughness', 1.0))
 
 
 def write_report(rows: list[dict[str, Any]], tried: list[Candidate], path: Path) -> None:
-    """Write the page."""
-    table = polars.DataFrame(rows, infer_schema_length=None)
-    figures = [_heat_map(table), *([_pareto(tried)] if tried else [])]
-    boxes = ''.join(
-        f'<figure class="wide"><figcaption><b>{markup(each["title"])}</b>{markup(each["caption"])}'
-        f'</figcaption><div class="plot" id="plot-{each["key"]}"></div></figure>\n'
-        for each in figures)
-    body = (f'<h1>Laws side by side</h1>\n<div class="plots">{boxes}</div>\n'
-            f'<h2>All perturbations together</h2>\n{_table(summary(rows))}')
-    path.write_text(html_document('Laws side by side', body, figures), encoding='utf-8')
+    """Write the page of rows and of what the search of the gains tried."""
+    figures = [_heat_map(rows), *([_pareto(tried)] if tried else [])]
+    body = (f'<h1>Laws side by side</h1>\n{"".join(map(_box, figures))}'
+            f'<h2>All perturbations together</h2>\n{_table(rows)}')
+    write_document(html_document('Laws side by side', body, figures), path)
 
 
-def markdown(rows: list[dict[str, Any]]) -> str:
-    """Return the table of a page: the median error [mrad] of each law under each perturbation."""
-    cells = error_cells(polars.DataFrame(rows, infer_schema_length=None))
-    names = list(dict.fromkeys(name for _, name in cells))
-    ends = {row['law']: row for row in summary(rows).to_dicts()}
-    lines = ['| law | ' + ' | '.join([*(each.replace('_', ' ') for each in names),
-                                      'payload [kg]', 'delay [ms]']) + ' |',
-             '|---' * (len(names) + 3) + '|']
-    for law, row in ends.items():
-        shown = [cells[law, name].text for name in names]
-        shown += ['-' if row.get(what) is None else f'{row[what]:.3g}'
-                  for what in ('payload', 'delay')]
-        lines.append(f'| {law} | ' + ' | '.join(shown) + ' |')
-    return '\n'.join(lines) + '\n'
+def _box(figure: dict[str, Any]) -> str:
+    """Return a figure as wide as the page; where that is too narrow it can be moved sideways."""
+    return (f'<figure style="margin:18px 0;overflow-x:auto"><figcaption>'
+            f'<b>{markup(figure["title"])}</b>{markup(figure["caption"])}</figcaption>'
+            f'<div class="plot" id="plot-{figure["key"]}" '
+            f'style="height:{figure["height"]}px;min-width:{figure["least"]}px"></div></figure>\n')
 
 
-class Cell(NamedTuple):
-    """The runs of a law under a perturbation."""
-
-    value: float | None
-    """Median error of those survived [mrad]; None where none was."""
-    text: str
-
-
-def error_cells(table: polars.DataFrame) -> dict[tuple[str, str], Cell]:
-    """Return the cell of each law and perturbation, in the order of the table."""
-    found = {}
-    runs = table.filter(polars.col('kind') == 'run')
-    for (law, name), some in runs.group_by(['law', 'perturbation'], maintain_order=True):
-        alive, count = int(some['survived'].sum()), len(some)
-        errors = some.filter(polars.col('survived'))['rms_error'].to_list()
-        value = 1e3 * median(errors) if errors else None
-        text = 'lost' if value is None else f'{value:.3g}'
-        found[str(law), str(name)] = Cell(
-            value, text if alive in (0, count) else f'{text} ({alive}/{count})')
-    return found
-
-
-def _heat_map(table: polars.DataFrame) -> dict[str, Any]:
-    found = error_cells(table)
+def _heat_map(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    found = error_cells(rows)
     laws = list(dict.fromkeys(law for law, _ in found))
     names = list(dict.fromkeys(name for _, name in found))
-    rows = [[found[law, name] for name in names] for law in reversed(laws)]
-    cells = [[None if each.value is None else math.log10(each.value) for each in row]
-             for row in rows]
-    texts = [[each.text for each in row] for row in rows]
-    return {'key': 'laws', 'x': 'perturbation', 'y': 'law', 'log': False, 'category': 'xy',
-            'title': 'Tracking error',
-            'caption': 'Median of the root mean square error [mrad]; in brackets how many '
-                       'survived; blue is good (the colour is its logarithm).',
-            'traces': [{'type': 'heatmap', 'x': names, 'y': list(reversed(laws)), 'z': cells,
-                        'text': texts, 'texttemplate': '%{text}', 'colorscale': LOW_IS_GOOD,
-                        'textfont': {'color': '#1c2127', 'size': 12},
-                        'hoverongaps': False, 'showscale': False}]}
+    best = {name: min((cell.value for (_, each), cell in found.items()
+                       if each == name and cell.value is not None), default=1.0)
+            for name in names}
+    cells = [[found[law, name] for name in names] for law in laws]
+    far = [[_times(cell.value, best[name]) for cell, name in zip(row, names, strict=True)]
+           for row in cells]
+    return {
+        'key': 'laws', 'x': '', 'y': '', 'log': False, 'category': 'xy', 'downwards': True,
+        'title': 'Tracking error of each law under each perturbation',
+        'caption': 'Median of the root mean square joint error [mrad], in brackets how many runs '
+                   'survived where not all did. Blue: the best of its column; dark red: '
+                   f'{_WORST:g} times its error or more, or lost.',
+        'height': 90 + 34 * len(laws), 'least': 190 + 78 * len(names),
+        'traces': [{
+            'type': 'heatmap', 'x': [each.replace('_', ' ') for each in names], 'y': laws,
+            'z': [[math.log10(value) for value in row] for row in far], 'zmin': 0.0,
+            'zmax': math.log10(_WORST), 'colorscale': LOW_IS_GOOD, 'xgap': 2, 'ygap': 2,
+            'text': [[cell.text for cell in row] for row in cells],
+            'customdata': [[f'{value:.3g}' for value in row] for row in far],
+            'texttemplate': '%{text}', 'textfont': {'size': 12}, 'showscale': False,
+            'hovertemplate': '%{y}, %{x}: %{text}<br>%{customdata} times the best<extra></extra>',
+        }]}
+
+
+def _times(value: float | None, best: float) -> float:
+    """Return how many times the best error an error is, at most the last colour's."""
+    return _WORST if value is None else max(1.0, min(value / max(best, 1e-12), _WORST))
 
 
 def _pareto(tried: list[Candidate]) -> dict[str, Any]:
     traces = []
-    for law in dict.fromkeys(row.law for row in tried):
-        front = pareto_front([row for row in tried if row.law == law])
+    for number, law in enumerate(dict.fromkeys(row.law for row in tried)):
+        rows = [row for row in tried if row.law == law]
+        front, used = pareto_front(rows), min(rows, key=lambda row: row.cost)
         traces.append({
             'type': 'scatter', 'mode': 'lines+markers', 'name': law,
             'x': [row.roughness for row in front],
             'y': [1e3 * (row.rms_error or 0.0) for row in front],
+            'line': {'color': _COLOURS[number % len(_COLOURS)], 'width': 1.5},
+            'marker': {'symbol': _MARKS[number % len(_MARKS)],
+                       'size': [13 if row is used else 6 for row in front]},
             'text': [f'{row.frequency:g} rad/s, damping {row.damping:g}, own {row.own:g}'
-                     for row in front]})
+                     for row in front],
+            'hovertemplate': '%{text}<br>%{y:.3g} mrad, %{x:.3g} N m/s'})
     return {'key': 'pareto', 'x': 'roughness of the torque [N m/s]', 'y': 'rms error [mrad]',
-            'log': True, 'title': 'What accuracy costs',
-            'caption': 'Gains of the search that no others beat in error and in roughness.',
-            'traces': traces}
+            'log': True, 'log_x': True, 'title': 'What accuracy costs',
+            'caption': 'Gains of the search that no others of their law beat in error and in '
+                       'roughness; the large mark is what the bench uses. Further left and down '
+                       'is better.',
+            'height': 520, 'least': 320, 'traces': traces}
 
 
-def _table(table: polars.DataFrame) -> str:
-    def shown(name: str, value: Any) -> str:
-        if value is None:
-            return '-'
-        if name in ('rms_error', 'max_error'):
-            return f'{1e3 * value:.3g}'
-        return f'{value:.3g}' if isinstance(value, float) else str(value)
-    head = ''.join(f'<th>{markup(_HEADS.get(name, name))}{_unit(name)}</th>'
-                   for name in table.columns)
-    rows = ''.join('<tr>' + ''.join(f'<td>{markup(shown(name, value))}</td>'
-                                    for name, value in row.items()) + '</tr>\n'
-                   for row in table.to_dicts())
-    return f'<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>\n'
-
-
-def _unit(name: str) -> str:
-    return f' [{_UNITS[name]}]' if name in _UNITS else ''
+def _table(rows: list[dict[str, Any]]) -> str:
+    table = summary(rows).to_dicts()
+    borders = [what for what in LARGEST if what in table[0]]
+    heads = ['law', 'survived', *(title for title, _, _ in _COLUMNS),
+             *(f'{what} [{"kg" if what == "payload" else "ms"}]' for what in borders)]
+    lines = ''
+    for row in table:
+        shown = [row['law'], f'{row["survived"]} of {row["runs"]}',
+                 *('-' if row[key] is None else f'{factor * row[key]:.3g}'
+                   for _, key, factor in _COLUMNS),
+                 *(border_text(row, what) for what in borders)]
+        lines += '<tr>' + ''.join(f'<td class="number">{markup(each)}</td>'
+                                  for each in shown) + '</tr>\n'
+    words = '<p class="soft">Medians over the runs survived.'
+    if borders:
+        words += (f' Payload and delay: the largest with which every joint stays within '
+                  f'{SURVIVES:g} rad, in brackets within {1e3 * ACCURATE:g} mrad.')
+    return (f'{words}</p>\n'
+            '<table class="sortable" style="display:block;overflow-x:auto"><thead><tr>'
+            + ''.join(f'<th>{markup(each)}</th>' for each in heads)
+            + f'</tr></thead><tbody>{lines}</tbody></table>\n')

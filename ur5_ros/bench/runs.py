@@ -2,12 +2,13 @@
 
 import warnings
 from collections.abc import Callable, Iterable
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ur5_ros.bench.entries import Entry
-from ur5_ros.bench.perturbations import ARM, Conditions, conditions_of
+from ur5_ros.bench.perturbations import ACCURATE, ARM, SURVIVES, Conditions, conditions_of
 from ur5_ros.bench.scores import SCORES, scores_of
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
@@ -18,13 +19,13 @@ from ur5_ros.sweep.workers import cluster, connected, map_batches
 #: Simulated time of a run [s].
 DURATION = 3.0
 #: Largest payload [kg] and delay [control periods of 1 ms] that are tried.
-LARGEST_PAYLOAD, LARGEST_DELAY = 8.0, 64
-#: Bisections of the payload: it is known to 8 kg / 2^6.
-_HALVINGS = 6
+LARGEST = {'payload': 32.0, 'delay': 128.0}
+#: Bisections of either: the payload is known to 1/8 kg, the delay to 1 ms.
+HALVINGS = {'payload': 8, 'delay': 7}
 
 
 class Job(NamedTuple):
-    """What a worker does: one run, or the bisection of ``payload`` or ``delay``."""
+    """What a worker does: one run, or the bisections of ``payload`` or ``delay``."""
 
     entry: Entry
     perturbation: str
@@ -36,7 +37,7 @@ def jobs_of(entries: Iterable[Entry], perturbations: Iterable[str], seeds: int,
             survival: bool = True) -> list[Job]:
     """Return all jobs; those that take longest first."""
     entries = list(entries)
-    long = [Job(entry, what, 0, True) for entry in entries for what in ('payload', 'delay')]
+    long = [Job(entry, what, 0, True) for entry in entries for what in LARGEST]
     runs = [Job(entry, name, seed) for name in perturbations for seed in range(seeds)
             for entry in entries]
     return (long if survival else []) + runs
@@ -71,8 +72,7 @@ def do_jobs(jobs: list[tuple[int, Job]]) -> list[dict[str, Any]]:
 def row_of(job: Job) -> dict[str, Any]:
     """Return what a job finds."""
     if job.survival:
-        find = largest_payload if job.perturbation == 'payload' else largest_delay
-        return {'largest': find(job.entry), 'survived': True, 'why': ''}
+        return borders_of(job.entry, job.perturbation) | {'survived': True, 'why': ''}
     return run_of(job.entry, *conditions_of(job.perturbation, job.seed))
 
 
@@ -94,29 +94,34 @@ def run_of(entry: Entry, conditions: Conditions, error: np.ndarray) -> dict[str,
     return scores | {'survived': not lost, 'why': why}
 
 
-def largest_payload(entry: Entry) -> float:
-    """Return the largest mass at the tool that the law survives [kg], by bisection."""
-    def survives(mass: float) -> bool:
-        return run_of(entry, Conditions(sim={'payload.mass': mass}), np.zeros(6))['survived']
-    if survives(LARGEST_PAYLOAD):
-        return LARGEST_PAYLOAD
-    low, high = 0.0, LARGEST_PAYLOAD
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if survives(middle) else (low, middle)
-    return low
+def borders_of(entry: Entry, what: str) -> dict[str, float]:
+    """
+    Return the largest payload [kg] or delay [ms] that a law survives, by bisection.
+
+    Returned: ``largest``, with which every joint stays within SURVIVES, and ``accurate``, within
+    ACCURATE; infinite where even the largest that is tried is survived.
+    """
+    @cache
+    def worst(value: float) -> float:
+        error = run_of(entry, border_conditions(what, value), np.zeros(6))['max_error']
+        return float('inf') if error is None else error
+
+    def border(within: float) -> float:
+        low, high = 0.0, LARGEST[what]
+        if worst(high) <= within:
+            return float('inf')
+        for _ in range(HALVINGS[what]):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if worst(middle) <= within else (low, middle)
+        return low
+    return {'largest': border(SURVIVES), 'accurate': border(ACCURATE)}
 
 
-def largest_delay(entry: Entry) -> float:
-    """Return the longest delay of commands that the law survives [ms], by bisection."""
-    def survives(periods: int) -> bool:
-        delay = Conditions(sim={'delay.command_periods': periods})
-        return run_of(entry, delay, np.zeros(6))['survived']
-    low, high = 0, LARGEST_DELAY
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if survives(middle) else (low, middle)
-    return float(low)
+def border_conditions(what: str, value: float) -> Conditions:
+    """Return the conditions of a payload [kg] or delay [ms]."""
+    if what == 'payload':
+        return Conditions(sim={'payload.mass': value})
+    return Conditions(sim={'delay.command_periods': int(value)})
 
 
 def _head(index: int, job: Job) -> dict[str, Any]:
@@ -127,4 +132,5 @@ def _head(index: int, job: Job) -> dict[str, Any]:
 def _lost(item: tuple[int, Job], error: BaseException) -> dict[str, Any]:
     """Return the row of a job whose worker died."""
     return _head(*item) | dict.fromkeys(SCORES) | {
-        'largest': None, 'survived': False, 'why': f'its worker failed: {error!r}'}
+        'largest': None, 'accurate': None, 'survived': False,
+        'why': f'its worker failed: {error!r}'}

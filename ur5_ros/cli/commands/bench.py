@@ -3,14 +3,16 @@
 from pathlib import Path
 
 import polars
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
 from ur5_ros.bench.entries import load_bench, load_entries
 from ur5_ros.bench.perturbations import PERTURBATIONS, QUICK
 from ur5_ros.bench.probe import probed_entry
-from ur5_ros.bench.report import markdown, summary, write_report
-from ur5_ros.bench.runs import jobs_of, run_jobs
+from ur5_ros.bench.report import write_report
+from ur5_ros.bench.runs import LARGEST, jobs_of, run_jobs
+from ur5_ros.bench.table import border_text, markdown, summary
 from ur5_ros.bench.tuning import CANDIDATES, CONDITIONS, tune, write_bench
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
@@ -54,13 +56,14 @@ def _tune(file: Path, workers: int | None, screen: terminal.Console) -> int:
 
 
 def _show(table: polars.DataFrame, screen: terminal.Console) -> None:
-    shown = Table('law', 'survived', 'rms [mrad]', 'worst [mrad]', 'rough [N m/s]',
-                  'payload [kg]', 'delay [ms]', box=None, pad_edge=False)
+    heads = ['law', 'survived', 'rms [mrad]', 'worst [mrad]', 'rough [N m/s]']
+    borders = [what for what in LARGEST if what in table.columns]
+    heads += [f'{what} [{"kg" if what == "payload" else "ms"}]' for what in borders]
+    shown = Table(*map(escape, heads), box=None, pad_edge=False)
     for row in table.to_dicts():
-        numbers = [row['rms_error'], row['max_error'], row['roughness'], row.get('payload'),
-                   row.get('delay')]
-        scale = (1e3, 1e3, 1.0, 1.0, 1.0)
+        numbers = ((row['rms_error'], 1e3), (row['max_error'], 1e3), (row['roughness'], 1.0))
         shown.add_row(row['law'], f'{row["survived"]}/{row["runs"]}',
                       *('-' if value is None else f'{factor * value:.3g}'
-                        for value, factor in zip(numbers, scale, strict=True)))
+                        for value, factor in numbers),
+                      *(border_text(row, what) for what in borders))
     screen.print(shown)
