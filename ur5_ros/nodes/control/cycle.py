@@ -13,6 +13,7 @@ from ur5_ros.control.settings import DEFAULT_RATE
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.rotations import position_and_quaternion
+from ur5_ros.nodes.control.slow_law import SlowLaw
 from ur5_ros.nodes.control.topics import ControlOutputs
 from ur5_ros.nodes.ros.messages import StateReader
 from ur5_ros.nodes.ros.recording import Recording
@@ -60,6 +61,7 @@ class ControlCycle:
         self._outputs = outputs
         self._recording = recording
         self._logger = logger
+        self._slow_law = SlowLaw(parameters.law_file, logger.warning)
         self._reader = StateReader([parameters.tf_prefix + name for name in JOINT_NAMES])
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
@@ -105,12 +107,14 @@ class ControlCycle:
             self._go_back(state.stamp)
         if self._awaits_rate and not self._may_answer(state.stamp):
             return
+        began = time.monotonic()
         answer = self.controller.update(state)
         self._outputs.answer(state.stamp, answer.parts, answer.reference)
         self._last, self.stamp = data, state.stamp
         self._recording.write(record, data)
         self.hash.add(data)
         self._last_at = time.monotonic()
+        self._slow_law.answered(self._last_at - began, self.controller_rate or DEFAULT_RATE)
         if self._monitor_period and state.stamp // self._monitor_period != self._monitored:
             self._monitored = state.stamp // self._monitor_period
             self._monitor(state, answer)
