@@ -22,24 +22,9 @@ def simulated_arm(request):
 @pytest.fixture(scope='session')
 def pinocchio_model():
     """Return a function: arm -> pinocchio.Model with frame 'tool0'."""
-    pin = pytest.importorskip('pinocchio')
-
-    def build(arm, bodies=None):
-        model = pin.Model()
-        model.gravity.linear = arm.gravity
-        placement, parent = pin.SE3.Identity(), 0
-        for i, (mass, com, inertia) in enumerate(zip(*(bodies or arm.bodies), strict=True)):
-            c, s = np.cos(arm.alpha[i]), np.sin(arm.alpha[i])
-            link = pin.SE3(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]),
-                           np.array([arm.a[i], 0, arm.d[i]]))
-            parent = model.addJoint(parent, pin.JointModelRZ(), placement, f'joint_{i + 1}')
-            model.appendBodyToJoint(parent, pin.Inertia(mass, com, inertia), link)
-            placement = link
-        model.addFrame(pin.Frame('tool0', parent, 0, placement, pin.FrameType.OP_FRAME))
-        model.armature = arm.armature
-        return model
-
-    return build
+    pytest.importorskip('pinocchio')
+    from witnesses import pinocchio_model
+    return pinocchio_model
 
 
 @pytest.fixture
