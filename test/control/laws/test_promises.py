@@ -1,16 +1,26 @@
 """What each law promises, with PyBullet as the arm."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
+from witnesses import pinocchio_model
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.gains import gains_from
+from ur5_ros.control.laws.computed_torque_integral import ComputedTorqueIntegral
 from ur5_ros.control.laws.disturbance_observer import remaining_disturbance
+from ur5_ros.control.laws.law import model_terms
 from ur5_ros.control.laws.sliding_mode import layer_width
-from ur5_ros.control.laws.slotine_li import SlotineLi, error_bandwidth, error_energy
+from ur5_ros.control.laws.slotine_li import (
+    SlotineLi,
+    error_bandwidth,
+    error_energy,
+    sliding_variable,
+    square_root,
+)
 from ur5_ros.control.laws.steady_state import steady_state_error
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.model.kinematics import jacobian
@@ -30,18 +40,19 @@ class Run:
     """A closed loop of PyBullet and the controller, a row a period."""
 
     def __init__(self, mode, duration, arm=ARM, plant_arm=None, sim=None, wrench=None,
-                 experiment='', **control):
+                 experiment='', rate=1000, **control):
         given = {'mode': mode, 'experiment': experiment, 'autostart': bool(experiment), **control}
-        self.controller = Controller(arm, given, 1000)
+        self.controller = Controller(arm, given, rate)
         start = np.array(START)
         if experiment:
             start = self.controller.experiment.trajectory.at(0).q
         plant = Plant(plant_arm or arm, {'initial_positions': start.tolist(),
+                                         'control_rate': rate, 'physics_rate': max(rate, 1000),
                                          **(sim or {})})
         self.law = getattr(self.controller.law, 'law', None)
         self.states, self.answers, self.memory = [], [], []
         try:
-            for k in range(round(1000 * duration)):
+            for k in range(round(rate * duration)):
                 answer = self.controller.update(plant.state)
                 self.states.append(plant.state)
                 self.answers.append(answer)
@@ -66,6 +77,10 @@ def test_pd_sags_by_gravity_at_the_reached_position_over_its_stiffness():
     sag = steady_state_error(run.q[-1], REAL, gains_of(SPRINGS))
     assert np.abs(sag).max() > 0.01
     assert_allclose(run.error[-1], sag, rtol=0.01, atol=1e-5)
+    model = pinocchio_model(REAL)
+    gravity = pin.computeGeneralizedGravity(model, model.createData(),
+                                            run.q[-1] + REAL.angle_offset)
+    assert_allclose(run.error[-1], -gravity / SPRINGS['kp'], rtol=0.01, atol=1e-5)
 
 
 @pytest.mark.parametrize('mode', ['gravity_pd', 'impedance'])
@@ -94,6 +109,28 @@ def test_without_integral_the_same_payload_leaves_computed_torque_beside_its_tar
     assert np.abs(run.error[-1]).max() > 0.01
 
 
+def test_with_an_exact_model_the_error_with_an_integral_obeys_a_linear_equation_of_third_order():
+    kp, kd, ki = 100.0, 20.0, 200.0
+    start = np.array([0.05, -0.04, 0.03, 0.05, -0.05, 0.04])
+    law = ComputedTorqueIntegral(ARM, gains_from([kp], [kd]), ControlParameters.of(
+        {'mode': 'computed_torque_integral', 'kp': [kp], 'kd': [kd], 'ki': [ki]}))
+    goal, zero, errors = np.array(START), np.zeros(6), []
+    plant = Plant(ARM, {'initial_positions': (goal + start).tolist()})
+    try:
+        for k in range(1500):
+            errors.append(plant.state.q - goal)
+            plant.step(law(plant.state, Reference(goal, zero, zero), 1e-3 if k else 0.0).total)
+    finally:
+        plant.close()
+    # integral, error and rate of a joint: x' = A x from (0, e(0), 0)
+    poles, modes = np.linalg.eig(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-ki, -kp, -kd]]))
+    t = 1e-3 * np.arange(1500)
+    shares = np.linalg.solve(modes, [0.0, 1.0, 0.0])
+    promised = ((modes[1] * shares) * np.exp(np.outer(t, poles))).sum(axis=1).real
+    assert promised.min() < -0.02  # the integral overshoots
+    assert_allclose(np.array(errors) / start, np.tile(promised[:, None], 6), atol=0.02)
+
+
 def test_the_energy_of_the_error_falls_under_slotine_and_li_as_exp_of_minus_2_k_t():
     rate = 8.0
     control = {'kp': [rate * 5.0], 'kd': [rate]}
@@ -112,24 +149,38 @@ def test_the_energy_of_the_error_falls_under_slotine_and_li_as_exp_of_minus_2_k_
     assert_allclose(energy, promised, rtol=0.06)
 
 
-def adaptive_run(mode, duration=10.0, **control):
+def adaptive_run(mode, duration=10.0, rate=1000, **control):
     """A law that believes in 5 kg at the tool; there are 6."""
     believed, real = (loaded_arm(ARM, mass, [0.0, 0.0, 0.05]) for mass in (5.0, 6.0))
-    return Run(mode, duration, believed, real, experiment='multi_sine', **STIFF, **control), real
+    return Run(mode, duration, believed, real, experiment='multi_sine', rate=rate, **STIFF,
+               **control), real
 
 
-def test_adaptation_makes_v_fall_within_the_bound_of_sampling():
-    run, real = adaptive_run('adaptive', 4.0, adaptation_rate=300.0)
-    estimate = run.law.estimate
-    values = []
+def energy_and_loss(run, real, rate):
+    """Return V at each state, and what -s'Ks has taken from it up to there in continuous time."""
+    gains, believed, estimate = gains_of(STIFF), run.law.arm, run.law.estimate
+    values, losses = [], []
     for state, answer, memory in zip(run.states, run.answers, run.memory, strict=True):
         run.law.estimate = memory
         values.append(run.law.lyapunov(state, answer.reference, real))
+        s = sliding_variable(state, answer.reference, error_bandwidth(gains)).s
+        root = square_root(gains.kd)
+        losses.append(s @ root @ model_terms(state, believed)[0] @ root @ s / rate)
     run.law.estimate = estimate
-    values = np.array(values)
-    assert np.diff(values).max() < 2e-3 * values[0]  # a period is no instant
-    assert values.max() < 1.001 * values[0]
-    assert values[-1] < 0.9 * values[0]
+    return np.array(values), np.concatenate([[0.0], np.cumsum(losses)[:-1]])
+
+
+def test_adaptation_makes_v_fall_by_s_k_s_but_for_what_sampling_adds_which_a_faster_rate_halves():
+    added = {}
+    for rate in (500, 1000):
+        run, real = adaptive_run('adaptive', 4.0, rate, adaptation_rate=300.0)
+        values, loss = energy_and_loss(run, real, rate)
+        added[rate] = values + loss - values[0]  # zero in continuous time
+        assert values[-1] < 0.9 * values[0]
+        assert values.max() < values[0] * 1.001 + np.abs(added[rate]).max()
+    bound = {rate: np.abs(each).max() / values[0] for rate, each in added.items()}
+    assert bound[1000] < 0.02
+    assert bound[1000] < 0.6 * bound[500]
 
 
 def test_adaptation_tracks_better_than_computed_torque_with_a_payload_20_percent_wrong():
