@@ -220,6 +220,20 @@ def test_the_command_makes_table_and_report_in_a_minute(tmp_path):
     print(f'{time.monotonic() - began:.0f} s')
 
 
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (('--tune', '/proc/none.yaml'), 'give another file with --tune'),
+    (('--out', '/proc/none'), 'give another folder with --out'),
+    (('--gains', 'none.yaml'), 'none.yaml: cannot be read'),
+    (('--workers', '0'), 'give at least 1'),
+])
+def test_what_cannot_be_read_or_written_is_bad_input_before_anything_runs(arguments, words):
+    done = subprocess.run(
+        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench', *arguments],
+        capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert words in done.stderr and done.stderr.count('\n') == 1
+
+
 @pytest.mark.parametrize(('name', 'text', 'words'), [
     ('none.py', None, 'no file'), ('', None, 'is a folder'),
     ('my_law.py', 'raise SystemExit(0)\n', 'SystemExit: 0 (line 1)')])

@@ -19,8 +19,8 @@ _COLOURS = ('#8c8c8c', '#3d85c6', '#3fa66b', '#e0803a', '#d0505e', '#9070c8', '#
             '#17a2b8', '#a08438', '#7a9e2e', '#5b5bd6', '#c94f9b')
 _MARKS = ('circle', 'square', 'diamond', 'triangle-up', 'x')
 #: Heading of a column of the table, its key and what its numbers are multiplied with.
-_COLUMNS = (('rms error [mrad]', 'rms_error', 1e3), ('worst error [mrad]', 'max_error', 1e3),
-            ('effort [N m]', 'effort', 1.0), ('energy [J]', 'energy', 1.0),
+_COLUMNS = (('RMS error [mrad]', 'rms_error', 1e3), ('largest error [mrad]', 'max_error', 1e3),
+            ('RMS torque [N m]', 'effort', 1.0), ('energy [J]', 'energy', 1.0),
             ('roughness [N m/s]', 'roughness', 1.0))
 
 
@@ -51,7 +51,8 @@ def _heat_map(rows: list[dict[str, Any]]) -> dict[str, Any]:
     far = [[_times(cell.value, best[name]) for cell, name in zip(row, names, strict=True)]
            for row in cells]
     return {
-        'key': 'laws', 'x': '', 'y': '', 'log': False, 'category': 'xy', 'downwards': True,
+        'key': 'laws', 'x': '', 'y': '', 'log': False, 'category': 'xy',
+        'yaxis': {'autorange': 'reversed'},
         'title': 'Tracking error of each law under each perturbation',
         'caption': 'Median of the root mean square joint error [mrad], in brackets how many runs '
                    'survived where not all did. Blue: the best of its column; dark red: '
@@ -74,26 +75,34 @@ def _times(value: float | None, best: float) -> float:
 
 
 def _pareto(tried: list[Candidate]) -> dict[str, Any]:
-    traces = []
+    traces: list[dict[str, Any]] = []
     for number, law in enumerate(dict.fromkeys(row.law for row in tried)):
         rows = [row for row in tried if row.law == law]
         front, used = pareto_front(rows), min(rows, key=lambda row: row.cost)
-        traces.append({
-            'type': 'scatter', 'mode': 'lines+markers', 'name': law,
-            'x': [row.roughness for row in front],
-            'y': [1e3 * (row.rms_error or 0.0) for row in front],
-            'line': {'color': _COLOURS[number % len(_COLOURS)], 'width': 1.5},
-            'marker': {'symbol': _MARKS[number % len(_MARKS)],
-                       'size': [13 if row is used else 6 for row in front]},
-            'text': [f'{row.frequency:g} rad/s, damping {row.damping:g}, own {row.own:g}'
-                     for row in front],
-            'hovertemplate': '%{text}<br>%{y:.3g} mrad, %{x:.3g} N m/s'})
+        colour, mark = _COLOURS[number % len(_COLOURS)], _MARKS[number % len(_MARKS)]
+        traces += [
+            _gains(front, {'name': law, 'mode': 'lines+markers',
+                           'line': {'color': colour, 'width': 1.5},
+                           'marker': {'symbol': mark, 'size': 6}}),
+            _gains([used], {'name': law, 'mode': 'markers', 'showlegend': False,
+                            'marker': {'symbol': mark, 'size': 13, 'color': colour}})]
     return {'key': 'pareto', 'x': 'roughness of the torque [N m/s]', 'y': 'rms error [mrad]',
-            'log': True, 'log_x': True, 'title': 'What accuracy costs',
+            'log': True, 'xaxis': {'type': 'log', 'minorloglabels': 'none'},
+            'title': 'What accuracy costs',
             'caption': 'Gains of the search that no others of their law beat in error and in '
                        'roughness; the large mark is what the bench uses. Further left and down '
                        'is better.',
             'height': 520, 'least': 320, 'traces': traces}
+
+
+def _gains(rows: list[Candidate], look: dict[str, Any]) -> dict[str, Any]:
+    """Return candidates as a trace."""
+    return look | {
+        'type': 'scatter', 'x': [row.roughness for row in rows],
+        'y': [1e3 * (row.rms_error or 0.0) for row in rows],
+        'text': [f'{row.frequency:g} rad/s, damping {row.damping:g}, own {row.own:g}'
+                 for row in rows],
+        'hovertemplate': '%{text}<br>%{y:.3g} mrad, %{x:.3g} N m/s'}
 
 
 def _table(rows: list[dict[str, Any]]) -> str:

@@ -48,6 +48,10 @@ def bench(law: Path | None, quick: bool, seeds: int, out: Path | None, scheduler
 
 
 def _tune(file: Path, workers: int | None, screen: terminal.Console) -> int:
+    try:
+        file.open('a', encoding='utf-8').close()  # before the search
+    except OSError as error:
+        raise InputError(f'{file}: {error.strerror}; give another file with --tune') from None
     runs = len(load_entries()) * CANDIDATES * len(CONDITIONS)
     with terminal.progress('tuning', runs, 'runs') as advance:
         write_bench(tune(workers, advance), file)
