@@ -110,7 +110,8 @@ sweep-proof: setup-all  ## 10,000 runs while workers, scheduler and sweep are ki
 soak: setup-all  ## an hour under watch: memory, lateness, bags (ARGS="--minutes 5")
 	$(BIN)/python benchmarks/soak.py --page docs/soak.md $(ARGS)
 
-docs: setup-all  ## the documents as a site in site/
+docs: setup-all  ## the documents as a site in site/, their figures compared with what is behind them
+	$(PYTEST) -q test/docs/test_figures.py test/docs/test_claims.py $(ARGS) </dev/null
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 lock: setup-all  ## write requirements/*.txt anew
