@@ -125,8 +125,8 @@ def shows(found: frozenset[float], figure: Figure) -> bool:
     return any(abs(number - want) <= 1e-9 * abs(want) for number in found for want in wanted)
 
 
-def measured(place: str) -> float:
-    """Return the number at ``FILE#key.key`` of a result file."""
+def measured(place: str) -> list[float]:
+    """Return the number at ``FILE#key.key`` of a result file, or those in the text there."""
     name, _, keys = place.partition('#')
     value = json.loads((ROOT / name).read_text(encoding='utf-8'))
     while keys:  # a key may hold a dot
@@ -134,7 +134,7 @@ def measured(place: str) -> float:
             if isinstance(value, dict) else keys.partition('.')[0]
         value = value[key] if isinstance(value, dict) else value[int(key)]
         keys = keys[len(key) + 1:]
-    return float(value)
+    return [float(each) for each in _LITERAL.findall(str(value))]
 
 
 def agrees(figure: Figure, evidence: str) -> bool:
@@ -148,13 +148,12 @@ def agrees(figure: Figure, evidence: str) -> bool:
     if evidence.endswith('.parquet'):
         return shows(_table(ROOT / evidence), figure)
     if '#' in evidence:
-        value = measured(evidence)
         mantissa, _, exponent = figure.text.partition('e')
         whole, _, decimals = mantissa.replace(',', '').partition('.')
         zeros = len(whole) - len(whole.rstrip('0')) if not decimals and len(whole) > 2 else 0
         half = 0.5 * 10.0**(int(exponent or 0) + zeros - len(decimals))
         return any(abs(value / scale - figure.value) <= half * 1.000001
-                   for scale in (1.0, UNITS[figure.unit]))
+                   for value in measured(evidence) for scale in (1.0, UNITS[figure.unit]))
     return shows(numbers(evidence), figure)
 
 
