@@ -23,16 +23,17 @@ def pytest_addoption(parser):
                      help='keep what thorough tests found as JSON')
 
 
-#: Folders whose tests need neither ROS nor a process of their own, nor a core for themselves.
-ALONE = ('model', 'config', 'control', 'cdr', 'bag', 'sim', 'loop', 'analysis')
+#: Rooms whose files take longest: they come first, so that no core is left with one at the end.
+FIRST = ('docs', 'cli', 'sweep', 'benchmarks', 'faults', 'nodes', 'packaging', 'bench', 'viewer')
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what starts processes, so that all else can run on every core at once."""
-    for item in items:
+    """Put long files first, and mark what a thorough run does longer."""
+    def place(item):
         room = item.path.relative_to(REPO / 'test').parts[0]
-        if room not in ALONE:
-            item.add_marker('processes')
+        return FIRST.index(room) if room in FIRST else len(FIRST)
+    items.sort(key=place)
+    for item in items:
         if 'times' in signature(getattr(item, 'function', print)).parameters:
             item.add_marker('thorough')
 

@@ -112,13 +112,8 @@ def survive(folder, number, seed, record_property):
 
 
 @pytest.mark.fault(80)
-def test_a_killed_recorder_loses_at_most_100_ms_and_is_mended(tmp_path, record_property):
-    survive(tmp_path, 15, 1, record_property)
-
-
-@pytest.mark.slow
-def test_a_hundred_killed_recorders_lose_at_most_100_ms_each(tmp_path, record_property):
-    survive(tmp_path, 100, 2, record_property)
+def test_a_killed_recorder_loses_at_most_100_ms_and_is_mended(tmp_path, times, record_property):
+    survive(tmp_path, times(10, 100), 1, record_property)
 
 
 @pytest.fixture

@@ -94,7 +94,7 @@ def script(group: list[Snippet], folder: Path) -> str:
             lines += [_FETCH.format(command=each) for each in _commands(snippet.text)]
         elif snippet.how == 'interrupted':
             for command in _commands(snippet.text):
-                lines.append(_ends(f'timeout --preserve-status -s INT 8 {command}', _INTERRUPTED))
+                lines.append(_ends(f'timeout --preserve-status -s INT 4 {command}', _INTERRUPTED))
         elif snippet.how.startswith('exit '):
             wanted = int(snippet.how.removeprefix('exit '))
             lines += [_ends(command, (wanted,)) for command in _commands(snippet.text)]

@@ -11,7 +11,7 @@ import pytest
 def test_a_short_soak_reads_every_part_and_memory_stays(repo, tmp_path):
     figures = tmp_path / 'soak.json'
     done = subprocess.run(
-        [sys.executable, repo / 'benchmarks/soak.py', '--minutes', '0.8', '--split', '4',
+        [sys.executable, repo / 'benchmarks/soak.py', '--minutes', '0.6', '--split', '3',
          '--json', figures], cwd=tmp_path, text=True, capture_output=True,
         stdin=subprocess.DEVNULL, timeout=300)
     assert figures.is_file(), done.stderr[-2000:]

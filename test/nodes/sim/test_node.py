@@ -286,7 +286,8 @@ def test_the_timeout_fires_the_arm_brakes_and_a_command_takes_over_again(ros):
 
 def test_silence_ends_torque_mode_until_it_is_resumed(ros):
     watcher = ros.observer()
-    sim = ros.start('sim', lockstep=False, command_timeout=0.04, leave_torque_mode=True,
+    # a timeout that a busy machine does not reach between two commands
+    sim = ros.start('sim', lockstep=False, command_timeout=0.5, leave_torque_mode=True,
                     effort_convention='gravity_excluded', fallback='brake')
     publisher = watcher.publisher(JointState, '/joint_command')
     told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
