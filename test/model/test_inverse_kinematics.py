@@ -51,9 +51,11 @@ def assert_distinct(q, valid):
 
 
 @pytest.mark.parametrize('name', ['ur5', 'ur5_kebria2016', 'ur10e'])
-def test_every_configuration_is_found_again_among_exact_and_distinct_solutions(name):
+def test_every_configuration_is_found_again_among_exact_and_distinct_solutions(
+        name, times, record_property):
     arm = load_arm(name)
-    original = configurations(100_000, 1)
+    original = configurations(times(10_000, 100_000), 1)
+    record_property('configurations', len(original))
     poses = forward_kinematics(original, arm)
     q, valid = inverse_kinematics_batch(poses, arm)
     away = np.where(valid, apart(q, original[:, None]), np.inf).min(axis=1)
