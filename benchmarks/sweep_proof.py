@@ -218,6 +218,9 @@ def main() -> None:
                         help='keep the figures of fewer than 10,000 runs too')
     parser.add_argument('--judge', choices=('checks', 'metrics'), default='checks')
     options = parser.parse_args()
+    # a compiler that a worker loads is no growth
+    subprocess.run([sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'warm-up'],
+                   check=True, stdin=subprocess.DEVNULL)
     with tempfile.TemporaryDirectory(prefix='ur5-sweep-proof-') as name:
         folder = Path(name)
         told = disturbed(folder, options.runs, options.judge)
