@@ -145,21 +145,20 @@ def agrees(figure: Figure, evidence: str) -> bool:
     if evidence == 'code':
         blocks = '\n'.join(re.findall(r'^```\w+$.*?^```', text, re.DOTALL | re.MULTILINE))
         return shows(frozenset(map(float, _LITERAL.findall(blocks))), figure)
-    if evidence.endswith('.parquet'):
-        return shows(_table(ROOT / evidence), figure)
-    if '#' in evidence:
-        mantissa, _, exponent = figure.text.partition('e')
-        whole, _, decimals = mantissa.replace(',', '').partition('.')
-        zeros = len(whole) - len(whole.rstrip('0')) if not decimals and len(whole) > 2 else 0
-        half = 0.5 * 10.0**(int(exponent or 0) + zeros - len(decimals))
-        return any(abs(value / scale - figure.value) <= half * 1.000001
-                   for value in measured(evidence) for scale in (1.0, UNITS[figure.unit]))
-    return shows(numbers(evidence), figure)
+    if '#' not in evidence and not evidence.endswith('.parquet'):
+        return shows(numbers(evidence), figure)
+    values = measured(evidence) if '#' in evidence else _table(ROOT / evidence)
+    mantissa, _, exponent = figure.text.partition('e')
+    whole, _, decimals = mantissa.replace(',', '').partition('.')
+    zeros = len(whole) - len(whole.rstrip('0')) if not decimals and len(whole) > 2 else 0
+    half = 0.5 * 10.0**(int(exponent or 0) + zeros - len(decimals))
+    return any(abs(value / scale - figure.value) <= half * 1.000001
+               for value in values for scale in (1.0, UNITS[figure.unit]))
 
 
 @cache
 def _table(path: Path) -> frozenset[float]:
-    """Return the numbers of a table, the number of its rows, and the largest of each column."""
+    """Return the numbers of a table and the number of its rows."""
     table = polars.read_parquet(path)
     values = {float(table.height)}
     for column in table.select(polars.selectors.numeric()):
