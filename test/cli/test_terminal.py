@@ -49,7 +49,8 @@ def shown(folder, *arguments, columns: int = 80) -> list[str]:
         if child.poll() is None:
             child.kill()
             child.wait()
-    text = re.sub(r'\x1b\[[0-9;?]*[a-zA-Z]', '', said.decode()).replace('\r\n', '\n')
+    after_bars = said.decode().rpartition('\x1b[2K')[2]  # a bar erases itself
+    text = re.sub(r'\x1b\[[0-9;?]*[a-zA-Z]', '', after_bars).replace('\r\n', '\n')
     lines = [line.rpartition('\r')[2].rstrip() for line in text.splitlines()]
     return [line for line in lines if line]
 

@@ -13,6 +13,9 @@ from ur5_ros.model.regressor import dynamics_regressor, link_parameters
 #: Blocks that are looked at.
 BLOCKS = 150
 
+#: Differences are named until so much of the squared residual is explained.
+EXPLAINED = 0.9995
+
 #: Field -> what it is called, unit.
 _LINKS = {'mass': ('mass', 'kg'), 'com': ('centre of mass', 'm'), 'inertia': ('tensor', 'kg m^2'),
           'armature': ('rotor inertia', 'kg m^2')}
@@ -34,9 +37,8 @@ class Difference(NamedTuple):
 
     def words(self) -> str:
         """Return the difference in words."""
-        return (f'{self.parameter} {_number(self.plant)} {self.unit} instead of '
-                f'{_number(self.law)} (alone {self.alone:.1%}, with '
-                f'those before {self.together:.4%})')
+        return (f'{self.parameter} is {_number(self.plant)} {self.unit} instead of '
+                f'{_number(self.law)}')
 
 
 class Mending(NamedTuple):
@@ -48,6 +50,16 @@ class Mending(NamedTuple):
     """Unexplained torque, root mean square [N m]."""
     after: float
     """The same with every difference mended [N m]."""
+
+    def words(self) -> str:
+        """Return the differences that matter in words, and how many there are beside them."""
+        count = 1 + next((i for i, each in enumerate(self.differences)
+                          if each.together > EXPLAINED), len(self.differences) - 1)
+        words = '; '.join(each.words() for each in self.differences[:count])
+        rest = len(self.differences) - count
+        share = self.differences[count - 1].together
+        return words + (f' (together {share:.2%} of the squared residual; {rest} smaller '
+                        f'difference{"s" if rest > 1 else ""} beside)' if rest else '')
 
 
 def differences(law: ArmParameters, plant: ArmParameters, samples: SampleBlocks,
@@ -171,5 +183,5 @@ def _plain(value: Any) -> float | list[float]:
 
 def _number(value: float | Sequence[float]) -> str:
     if isinstance(value, float):
-        return f'{value:.6g}'
-    return '[' + ', '.join(f'{each:.6g}' for each in value) + ']'
+        return f'{value:.4g}'
+    return '[' + ', '.join(f'{each:.4g}' for each in value) + ']'

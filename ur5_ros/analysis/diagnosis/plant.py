@@ -184,15 +184,13 @@ def _arm_cause(name: str, arm: ArmParameters, share: float, samples: SampleBlock
     """Return the cause that the plant is another arm, with every parameter that differs."""
     plant = replace(_named_arms()[name], payload=arm.payload)
     mending = differences(arm, plant, samples, (weight > 0.0).astype(float))
-    listed = '; '.join(each.words() for each in mending.differences)
     return {
         'kind': 'wrong arm', 'arm': name, 'share': share,
         'differences': [each._asdict() for each in mending.differences],
         'unexplained_rms': mending.before, 'mended_rms': mending.after,
         'sentence': f"the plant moves as arm {name}, not as the law's arm {arm.name}: "
-        f'{len(mending.differences)} parameters differ, and mending all of them takes the '
-        f'unexplained torque from {mending.before:.3g} to {mending.after:.2g} N m RMS; those '
-        f'that explain most first: {listed}'}
+        f'{mending.words()}; the unexplained torque falls from {mending.before:.3g} to '
+        f'{mending.after:.2g} N m RMS'}
 
 
 def _sentences(fit: Fit, causes: Causes) -> list[dict[str, Any]]:
