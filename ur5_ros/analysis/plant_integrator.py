@@ -32,7 +32,7 @@ class PlantModel:
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     """Force [N] and torque [N m] on the tool at the origin of tool0, in base, shape (6,)."""
 
-    def resistance(self, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, ...]:
+    def friction_terms(self, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, ...]:
         """
         Return friction as it is in the step after a state.
 
@@ -155,7 +155,7 @@ def _step(model: PlantModel, q, qd, effort, h: float) -> tuple[np.ndarray, np.nd
     else:
         A = inertia_matrix(angles, arm) / h
         drive = torque - inverse_dynamics(angles, qd, np.zeros(qd.shape), arm)
-        damping, level, offset = model.resistance(q, qd)
+        damping, level, offset = model.friction_terms(q, qd)
         A[:, range(6), range(6)] += damping
         qd = qd + friction_step(A, drive - damping * qd - offset, qd, level)
     return q + h * qd, qd

@@ -60,7 +60,7 @@ def _defects(model, q, qd, effort, q_next, qd_next, run):
     angles = q + model.arm.angle_offset
     if n == 1:
         torque = inverse_dynamics(angles, qd, (qd_next - qd) / h, model.arm) - effort[:, 0]
-        damping, level, offset = model.resistance(q, qd)
+        damping, level, offset = model.friction_terms(q, qd)
         torque += damping * qd_next + offset - model.external(q)
         torque = _beyond_dry(torque, qd_next, level)
         position = q_next - q - h * qd_next

@@ -338,12 +338,12 @@ class Controller:
         self._execute(planning.Plan(stop), name, stamp)
         self._stopped = why
 
-    def _take_over(self, state: ArmState, arrival: StateStatus) -> None:
+    def _take_over(self, state: ArmState, status: StateStatus) -> None:
         """Start from a measured state: come to rest and hold, or start the experiment."""
         rest = plan_rest(self._settings, state)
-        why = '' if arrival is StateStatus.FIRST else f', since {self._validator.sentence}'
+        why = '' if status is StateStatus.FIRST else f', since {self._validator.sentence}'
         self._execute(rest, f'hold{why}', state.stamp)
-        if arrival is StateStatus.FIRST and self.parameters.autostart and self.experiment:
+        if status is StateStatus.FIRST and self.parameters.autostart and self.experiment:
             try:
                 plan = plan_autostart(self._settings, rest.trajectory.at(0), self.experiment)
             except InputError as refusal:

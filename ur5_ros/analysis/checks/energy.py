@@ -109,7 +109,7 @@ def _physics_steps(run: Run, model: PlantModel, rows: np.ndarray) -> tuple[np.nd
     inertia, still = inertia_matrix(angles, arm), np.zeros(q.shape)
     mean, before = np.where(known[:, None], (mean, qd), 0.0)
     stored = potential_energy(angles, arm) + _half_square(inertia, mean)
-    damping, *dry_friction = model.resistance(angles - arm.angle_offset, before)
+    damping, *dry_friction = model.friction_terms(angles - arm.angle_offset, before)
     dry = _dry(model, angles, before, change / h, effort, qd_next, *dry_friction)
     force = effort - damping * qd_next - dry + model.external(q)
     force += (inverse_dynamics(angles, mean, still, arm)
