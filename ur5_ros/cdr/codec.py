@@ -194,9 +194,13 @@ def _write_numbers(out: bytearray, kind: str, values: Any) -> None:
     dtype = np.dtype('<' + kind)
     _align(out, dtype.itemsize)
     try:
-        out += np.asarray(values, dtype).tobytes()
+        numbers = np.asarray(values, dtype)
     except (OverflowError, TypeError) as error:
         raise ValueError(str(error)) from None
+    # before version 2 NumPy wraps an integer around
+    if dtype.kind in 'iu' and not np.array_equal(numbers, values):
+        raise ValueError(f'a number of {values} is none that fits {dtype.name}')
+    out += numbers.tobytes()
 
 
 def _write_single(out: bytearray, field: Field, value: Any, definitions: Definitions) -> None:
