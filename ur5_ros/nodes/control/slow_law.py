@@ -11,14 +11,14 @@ class SlowLaw:
 
     def __init__(self, law_file: str, warn: Callable[[str], object]) -> None:
         self._file, self._warn = law_file, warn
-        self._late, self._said = 0, not law_file
+        self._late, self._reported = 0, not law_file
 
     def answered(self, seconds: float, control_rate: int) -> None:
         """Take the wall-clock time of an answer [s]."""
         self._late = self._late + 1 if seconds > 1.0 / control_rate else 0
-        if self._late < IN_A_ROW or self._said:
+        if self._late < IN_A_ROW or self._reported:
             return
-        self._said = True
+        self._reported = True
         self._warn(f'{self._file}: too late: an answer takes {1e3 * seconds:.3g} ms, a control '
                    f'period {1e3 / control_rate:.3g} ms; a simulator in lockstep waits, a robot '
                    'does not')
