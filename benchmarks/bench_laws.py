@@ -1,52 +1,65 @@
-"""The bench of the laws, whole: two workers against one, and against ten minutes."""
+"""The bench of the laws: two workers against one; with ``--whole`` all of it, in ten minutes."""
 
 import os
 import time
-from collections.abc import Callable
 
 from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.bench.entries import load_entries
 from ur5_ros.bench.perturbations import PERTURBATIONS, QUICK
-from ur5_ros.bench.runs import jobs_of, run_jobs
+from ur5_ros.bench.runs import Job, jobs_of, run_jobs
 
 REPEATS = 1
-SEEDS = 5
-#: Longest that the bench may take on two cores [s].
+#: Seeds of the whole bench, and of its runs that are measured on one worker and on two.
+WHOLE, PART = 5, 3
+#: Longest that the whole may take on two cores [s].
 LONGEST = 600.0
 
 
-def seconds(workers: int, seeds: int, quick: bool) -> Callable[[], float]:
-    """Return what measures a bench from the start of its workers to its last row [s]."""
+def seconds(jobs: list[Job], workers: int) -> float:
+    """Return how long jobs take, from the start of the workers to the last row [s]."""
+    begin = time.perf_counter()
+    assert len(run_jobs(jobs, workers=workers)) == len(jobs)
+    return time.perf_counter() - begin
+
+
+def whole() -> None:
+    """Measure all that ``ur5 bench`` does, on two workers."""
+    jobs = jobs_of(load_entries(), PERTURBATIONS, WHOLE)
+    taken = seconds(jobs, 2)
+    publish('laws_whole', f'Eleven laws, eight perturbations, {WHOLE} seeds and the bisections', [
+        Row('ur5 bench on two workers', 'ten minutes', taken / LONGEST, 1.0, False,
+            f'{len(jobs)} jobs in {taken:.0f} s; {load()}')])
+
+
+def part(quick: bool, repeats: int) -> None:
+    """Measure two workers against one."""
     entries = load_entries()
-    jobs = jobs_of(entries[:2] if quick else entries, QUICK if quick else PERTURBATIONS, seeds,
-                   survival=not quick)
+    jobs = (jobs_of(entries[:2], QUICK, 1, survival=False) if quick else
+            jobs_of(entries, PERTURBATIONS, PART, survival=False))
+    wall = interleave({'two': lambda: seconds(jobs, 2), 'one': lambda: seconds(jobs, 1)}, repeats)
+    publish('laws', f'Runs of the bench: eleven laws, eight perturbations, {PART} seeds', [
+        Row('two workers', 'one worker, wall time', ratio(wall, 'one', 'two'), 1.8, True,
+            f'{len(jobs)} runs in {min(wall["two"]):.0f} s against {min(wall["one"]):.0f} s; '
+            f'{load()}')], {'wall': wall}, keep=not quick)
 
-    def measure() -> float:
-        begin = time.perf_counter()
-        rows = run_jobs(jobs, workers=workers)
-        assert len(rows) == len(jobs)
-        return time.perf_counter() - begin
 
-    return measure
+def load() -> str:
+    """Return how busy the machine is, and the class in which this process is scheduled."""
+    how = {os.SCHED_RR: ', real-time priority', os.SCHED_FIFO: ', real-time priority'}
+    return (f'load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores'
+            + how.get(os.sched_getscheduler(0), ''))
 
 
 def main() -> None:
     """Measure and keep the table."""
     parser = arguments(__doc__, REPEATS)
-    parser.add_argument('--seeds', type=int, default=SEEDS, help='of each perturbation')
+    parser.add_argument('--whole', action='store_true', help='all that ur5 bench does, once')
     options = parser.parse_args()
-    seeds = 1 if options.quick else options.seeds
-    wall = interleave({'two': seconds(2, seeds, options.quick),
-                       'one': seconds(1, seeds, options.quick)}, options.repeats)
-    rows = [Row('two workers', 'one worker, wall time', ratio(wall, 'one', 'two'), 1.8, True,
-                f'{min(wall["two"]):.0f} s against {min(wall["one"]):.0f} s, {seeds} seeds; load '
-                f'{os.getloadavg()[0]:.1f} on {os.cpu_count()} cores')]
-    if seeds >= SEEDS:
-        rows.append(Row('the bench on two workers', 'ten minutes', min(wall['two']) / LONGEST,
-                        1.0, False, f'{min(wall["two"]):.0f} s'))
-    publish('laws', 'Eleven laws under eight perturbations, from the start of the workers',
-            rows, {'wall': wall}, keep=not options.quick)
+    if options.whole and not options.quick:
+        whole()
+    else:
+        part(options.quick, options.repeats)
 
 
 if __name__ == '__main__':

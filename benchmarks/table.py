@@ -10,8 +10,8 @@ RESULTS = ROOT / 'benchmarks' / 'results'
 PAGE = ROOT / 'docs' / 'performance.md'
 #: Titles come in this order, others after them.
 ORDER = ('lockstep', 'profile', 'paced', 'recording', 'start', 'scaling', 'loop_without_ros',
-         'sweep', 'sweep_proof', 'laws', 'control', 'analysis', 'identification', 'bag', 'contact',
-         'friction', 'model_ur5', 'real_ur5', 'evidence')
+         'sweep', 'sweep_proof', 'laws', 'laws_whole', 'control', 'analysis', 'identification',
+         'bag', 'contact', 'friction', 'model_ur5', 'real_ur5', 'evidence')
 
 HEAD = """# Performance
 
