@@ -10,17 +10,28 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.residual_blocks import SampleBlocks, sample_blocks
 from ur5_ros.config import list_arms, load_arm
-from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
+from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 
 #: Another meaning must leave at most this share of what joint torque leaves.
 CLEARLY_BETTER = 0.5
 
-#: A factor between current and torque is at least this far from 1 (or below its inverse).
+#: A factor between current and torque is at least this [N m/A].
 LEAST_FACTOR = 2.0
 
-#: A joint whose effort is below this share of the largest one does not decide.
-SMALL_SHARE = 0.02
+#: A joint whose effort is below this share of the largest one does not decide, and what it leaves
+#: weighs as if it were this share.
+SMALL_SHARE, LEAST_SCALE = 0.02, 0.05
+
+#: At rest a torque without gravity is compared with this share of gravity.
+GRAVITY_SHARE = 0.02
+
+#: Factors from current to torque that drives of the family can have [N m/A]: at most this much,
+#: and in N m/mA.
+LARGEST_DRIVE, MOST_OF_MILLI = 50.0, 0.05
+
+#: Spread of the factors under which the effort is torque in another unit.
+ALIKE = 0.02
 
 #: Relative spread below which an effort is constant, and above which the motion is not at rest.
 CONSTANT, VARYING = 1e-3, 0.02
@@ -45,6 +56,10 @@ class Hypothesis(NamedTuple):
     """Effort left unexplained, RMS relative to each joint's effort."""
     factors: tuple[float, ...] = ()
     """Torque of a unit of effort [N m/A] per joint, for ``current``; NaN where unknown."""
+    load: float = 0.0
+    """Mass at the tool with which it fits so [kg]."""
+    joints: tuple[int, ...] = ()
+    """The joints that it holds for, of ``other_sign`` and ``constant``; empty for all."""
 
 
 class ArmFit(NamedTuple):
@@ -71,14 +86,20 @@ def effort_hypotheses(run: Run, arm: ArmParameters) -> list[Hypothesis]:
     if run.follows_reference:  # a reference at rest: the arm may move all the same
         actual = sample_blocks(replace(run, follows_reference=False), arm) or samples
     effort = samples.effort.mean(axis=1)
-    torque = _torque(samples, arm)
+    torque = torque_of(samples, arm)
     gravity = gravity_torque(samples.q, arm).mean(axis=1)
-    found = [Hypothesis('total', _misfit(effort, torque, samples)),
-             Hypothesis('gravity_excluded', _misfit(effort, torque - gravity, samples)),
-             Hypothesis('target', _misfit(actual.effort.mean(axis=1), gravity_torque(
+    least = GRAVITY_SHARE * float(np.sqrt(np.mean(gravity**2, axis=0)).max())
+    found = [Hypothesis('total', misfit_of(effort, torque, samples)),
+             Hypothesis('gravity_excluded', misfit_of(effort, torque - gravity, samples, least)),
+             Hypothesis('target', misfit_of(actual.effort.mean(axis=1), gravity_torque(
                  actual.q, arm).mean(axis=1), actual)),
-             Hypothesis('other_sign', _misfit(effort, -torque, samples)),
+             Hypothesis('other_sign', misfit_of(-effort, torque, samples)),
              _current(effort, torque, samples)]
+    turned = np.flatnonzero(np.sum(effort * torque, axis=0) < 0.0)
+    if 0 < len(turned) < 6:
+        sign = np.where(np.isin(np.arange(6), turned), -1.0, 1.0)
+        found.append(Hypothesis('other_sign', misfit_of(sign * effort, torque, samples),
+                                joints=tuple(turned.tolist())))
     if _is_constant(effort) and not _is_constant(torque, VARYING):
         found.append(Hypothesis('constant', 0.0))
     return sorted(found, key=lambda each: each.misfit)
@@ -93,7 +114,7 @@ def best_meaning(found: Sequence[Hypothesis], limit: float) -> Hypothesis:
         better = each.misfit <= min(limit, CLEARLY_BETTER * total.misfit)
         if each.meaning == 'constant' or (better and each.meaning != 'current'):
             return each
-        if better and _is_plausible_current(each):
+        if better and is_plausible_current(each):
             return each
     return total
 
@@ -105,11 +126,22 @@ def fitting_arms(run: Run) -> list[ArmFit]:
         samples = sample_blocks(run, arm)
         if samples is None:
             return []
-        effort, torque = samples.effort.mean(axis=1), _torque(samples, arm)
+        effort, torque = samples.effort.mean(axis=1), torque_of(samples, arm)
         left = _left(effort, torque, samples)
         found.append(ArmFit(name, float(np.sqrt(np.mean(left**2, axis=0)).max()),
-                            _misfit(effort, torque, samples)))
+                            misfit_of(effort, torque, samples)))
     return sorted(found, key=lambda fit: (fit.rms, fit.name))
+
+
+def arms_by_meaning(run: Run) -> list[tuple[str, Hypothesis]]:
+    """Return the known arms with the meaning of the effort that fits them, best first."""
+    found = []
+    for name, arm in known_arms().items():
+        likely = [each for each in effort_hypotheses(run, arm)
+                  if each.meaning not in ('total', 'constant')
+                  and (each.meaning != 'current' or is_plausible_current(each))]
+        found += [(name, likely[0])] if likely else []
+    return sorted(found, key=lambda each: each[1].misfit)
 
 
 @cache
@@ -133,17 +165,17 @@ def drive_factors(
     samples = sample_blocks(replace(run, states=states, truth=None, follows_reference=False), arm)
     if samples is None:
         return None
-    effort, torque = samples.effort.mean(axis=1), _torque(samples, arm)
-    factors, model = _fit_current(effort, torque, samples)
+    effort, torque = samples.effort.mean(axis=1), torque_of(samples, arm)
+    factors, model = fit_current(effort, torque, samples)
     return factors, effort, model
 
 
-def _torque(samples: SampleBlocks, arm: ArmParameters) -> np.ndarray:
+def torque_of(samples: SampleBlocks, arm: ArmParameters) -> np.ndarray:
     """Return the block means of the inverse dynamics of an arm, shape (b, 6)."""
     return inverse_dynamics(samples.q, samples.qd, samples.qdd, arm).mean(axis=1)
 
 
-def _friction_columns(samples: SampleBlocks) -> np.ndarray:
+def friction_columns(samples: SampleBlocks) -> np.ndarray:
     """Return the block means of qd and sign(qd), shape (b, 6, 2); zero where a joint rests."""
     qd = samples.qd_next
     moving = np.where(np.abs(qd) > 1e-3, qd, 0.0)
@@ -152,7 +184,7 @@ def _friction_columns(samples: SampleBlocks) -> np.ndarray:
 
 def _left(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks) -> np.ndarray:
     """Return the effort less a torque and less friction that opposes the motion, (b, 6)."""
-    left, columns = effort - torque, _friction_columns(samples)
+    left, columns = effort - torque, friction_columns(samples)
     for joint in range(6):
         x = columns[:, joint]
         if np.abs(x).max() > 0.0:
@@ -161,20 +193,22 @@ def _left(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks) -> np.n
     return left
 
 
-def _relative(left: np.ndarray, effort: np.ndarray) -> float:
+def relative_size(left: np.ndarray, effort: np.ndarray, least: float = 0.0) -> float:
     """Return the RMS of what is left, relative to each joint's effort."""
     scale = np.sqrt(np.mean(effort**2, axis=0))
-    scale = np.maximum(scale, max(SMALL_SHARE * float(scale.max()), 1e-12))
+    scale = np.maximum(scale, max(LEAST_SCALE * float(scale.max()), least, 1e-12))
     return float(np.sqrt(np.mean((left / scale)**2)))
 
 
-def _misfit(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks) -> float:
-    return _relative(_left(effort, torque, samples), effort)
+def misfit_of(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks,
+              least: float = 0.0) -> float:
+    """Return what a torque leaves of an effort beside friction, relative to each joint's."""
+    return relative_size(_left(effort, torque, samples), effort, least)
 
 
-def _fit_current(effort, torque, samples: SampleBlocks) -> tuple[np.ndarray, np.ndarray]:
+def fit_current(effort, torque, samples: SampleBlocks) -> tuple[np.ndarray, np.ndarray]:
     """Return the factor of each joint [N m/A] and the effort of the fit, shape (b, 6)."""
-    columns, factors, model = _friction_columns(samples), np.full(6, np.nan), np.zeros_like(effort)
+    columns, factors, model = friction_columns(samples), np.full(6, np.nan), np.zeros_like(effort)
     large = _matters(effort)
     for joint in range(6):
         x = np.column_stack([torque[:, joint], columns[:, joint]])
@@ -194,16 +228,38 @@ def _matters(effort: np.ndarray) -> np.ndarray:
 
 
 def _current(effort, torque, samples: SampleBlocks) -> Hypothesis:
-    factors, model = _fit_current(effort, torque, samples)
-    return Hypothesis('current', _relative(effort - model, effort), tuple(factors.tolist()))
+    factors, model = fit_current(effort, torque, samples)
+    return Hypothesis('current', relative_size(effort - model, effort), tuple(factors.tolist()))
 
 
-def _is_plausible_current(found: Hypothesis) -> bool:
-    """Return whether every known factor is positive and far from 1."""
+def is_plausible_current(found: Hypothesis) -> bool:
+    """Return whether every known factor has the same sign and one that a drive can have."""
     factors = np.array(found.factors)
     factors = factors[np.isfinite(factors)]
-    return bool(len(factors) and (factors > 0.0).all()
-                and np.median(np.abs(np.log(factors))) > np.log(LEAST_FACTOR))
+    if not len(factors) or not ((factors > 0.0).all() or (factors < 0.0).all()):
+        return False
+    middle = float(np.median(np.abs(factors)))
+    alike = np.ptp(factors) < ALIKE * middle
+    return middle > LEAST_FACTOR or middle < MOST_OF_MILLI or bool(alike and middle < 0.5)
+
+
+def words_of_factors(factors: Sequence[float]) -> tuple[str, str]:
+    """Return what an effort with these factors looks like, and the factors in words."""
+    known = np.array([each for each in factors if np.isfinite(each)])
+    if not len(known):
+        return WORDS['current'], 'no factors'
+    middle = float(np.median(known))
+    if len(known) > 2 and np.ptp(known) < ALIKE * abs(middle):
+        return 'joint torque in another unit', f'{middle:.4g} N m a unit at every joint'
+    if abs(middle) > LARGEST_DRIVE:
+        return ('joint torque in another unit', 'joints 1 to 6: ' + ', '.join(
+            '-' if np.isnan(each) else f'{each:.4g}' for each in factors) + ' N m a unit')
+    milli = abs(middle) < MOST_OF_MILLI
+    listed = ', '.join('-' if np.isnan(each) else f'{each * (1e3 if milli else 1.0):.4g}'
+                       for each in factors)
+    looks = WORDS['current'] + (' in mA' if milli else '') + (
+        ' with the other sign' if middle < 0.0 else '')
+    return looks, f'factors of joints 1 to 6: {listed} N m/A'
 
 
 def _is_constant(values: np.ndarray, share: float = CONSTANT) -> bool:

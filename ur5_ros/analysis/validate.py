@@ -27,7 +27,7 @@ from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.diagnosis.compensation import compensation_check
-from ur5_ros.analysis.effort import fitting_arms
+from ur5_ros.analysis.effort import WORDS, arms_by_meaning, fitting_arms
 from ur5_ros.analysis.injected import injections
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.config.validation import Marks, load_marks
@@ -36,6 +36,9 @@ from ur5_ros.errors import InputError
 #: Checks of the motion itself; without one of them no verdict can be a pass.
 EVIDENCE = ('residual, controller arm', 'residual, simulator arm', 'inverse dynamics', 'law',
             'error step', 'error continuous', 'kinematics')
+
+#: An arm that leaves more of the effort unexplained, as a share of it, does not fit.
+FITS = 0.3
 
 
 def validate(run: Run, marks: Marks | None = None) -> Result:
@@ -105,6 +108,15 @@ def no_arm(run: Run) -> str:
     if np.isnan(run.states.effort).all():
         return f'{sentence} (no torque is recorded, so no known arm can be compared)'
     fits = fitting_arms(run)
+    if fits and min(fit.misfit for fit in fits) > FITS:
+        other = [(name, each) for name, each in arms_by_meaning(run)[:3] if each.misfit < FITS]
+        if not other:
+            return f'{sentence}; none of the known arms fits the effort as joint torque'
+        listed = ', '.join(f'{name} ({each.misfit:.2%} of it stays unexplained as '
+                           f'{WORDS[each.meaning]}: --effort {each.meaning})'
+                           for name, each in other)
+        return (f'{sentence}; none of the known arms fits the effort as joint torque, but with '
+                f'another meaning: {listed}')
     listed = ', '.join(f'{fit.name} ({fit.rms:.3g} N m RMS are missed)' for fit in fits[:3])
     return f'{sentence}; of the known arms these fit the torques best: {listed}' if fits \
         else sentence

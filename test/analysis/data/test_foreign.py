@@ -19,6 +19,8 @@ from ur5_ros.analysis.validate import validate
 from ur5_ros.cdr.fixed_messages import encode
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
+from ur5_ros.model.dynamics import gravity_torque
+from ur5_ros.model.parameters import with_payload
 from ur5_ros.signals import JOINT_NAMES
 
 STATES = '/joint_states'
@@ -394,3 +396,256 @@ def test_a_robot_on_the_ceiling_is_told_by_the_direction_of_its_gravity(judged):
 def test_a_meaning_that_does_not_exist_is_refused(judged, made):
     with pytest.raises(InputError, match='give one of: total'):
         judged(arm_messages(made), effort='newton')
+
+
+@pytest.mark.parametrize('jumps, rows', [([-0.3], [350]), ([-3600.0], [350]), ([3600.0], [10]),
+                                         ([5.0, -5.0], [200, 300])])
+def test_a_jump_of_the_clock_is_taken_out_by_the_log_time(judged, made, jumps, rows):
+    stamp = made.stamp.copy()
+    for size, row in zip(jumps, rows, strict=True):
+        stamp[row:] += round(size * 1e9)
+    messages = [(int(logged) + 300_000, message(stamp[k], JOINT_NAMES, made.q[k], made.qd[k],
+                                                made.effort[k]))
+                for k, logged in enumerate(made.stamp)]
+    result = judged(messages)
+    assert result.verdict == 'pass' and result.about['states'] == 700
+    assert f'the clock of the stamps jumps by {jumps[0]:.4g} s' in remarks(result)
+    assert result.about['duration_s'] == pytest.approx(1.398, abs=1e-3)
+
+
+def test_a_pause_that_stamps_and_log_share_stays_a_gap(judged, made):
+    stamp = made.stamp + np.where(np.arange(700) < 350, 0, 2_000_000_000)
+    assert judged(arm_messages(made.with_(stamp=stamp))).check('timing').verdict == 'fail'
+
+
+def test_messages_that_are_recorded_twice_count_once(judged, made):
+    messages = arm_messages(made)
+    result = judged(messages + [(time + 100, data) for time, data in messages])
+    assert result.verdict == 'pass' and '700 states of 1400 repeat a stamp' in remarks(result)
+
+
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('size', [0.3e6, 0.45e6])
+def test_strong_jitter_is_no_gap_and_a_missing_state_still_is(judged, made, seed, size):
+    random = np.random.default_rng(seed)
+    stamp = np.sort(made.stamp + np.rint(random.normal(0.0, size, 700)).astype(np.int64))
+    messages = arm_messages(made.with_(stamp=stamp))
+    if seed % 2:
+        del messages[400:403]
+    check = judged(messages).check('timing')
+    assert check.verdict == ('fail' if seed % 2 else 'pass'), check.sentence
+
+
+@pytest.mark.parametrize('velocity', [True, False])
+def test_a_publisher_that_fills_in_zeros_for_the_torque_is_counted(judged, made, velocity):
+    zeros = [(int(made.stamp[k]) + 350_000, message(
+        made.stamp[k] + 1_000_000, JOINT_NAMES, made.q[k], made.qd[k] * velocity, np.zeros(6)))
+        for k in range(3, 700, 5)]
+    result = judged(arm_messages(made) + zeros)
+    assert result.verdict == 'pass' and result.check('inverse dynamics').verdict == 'pass'
+    assert '140 states of 840 have an effort of zero in every joint' in remarks(result)
+
+
+def test_zeros_for_a_velocity_between_states_that_move_are_counted(judged, made):
+    zeros = [(int(made.stamp[k]) + 350_000, message(
+        made.stamp[k] + 1_000_000, JOINT_NAMES, made.q[k], np.zeros(6)))
+        for k in range(3, 700, 5)]
+    result = judged(arm_messages(made, ('position', 'velocity')) + zeros)
+    assert result.verdict == 'pass' and 'have a velocity of zero between' in remarks(result)
+    assert result.check('kinematics').value < 1e-3
+
+
+def test_a_faster_publisher_without_torque_does_not_hide_the_one_with_it(judged, made):
+    positions = [(int(made.stamp[k]) + 350_000, message(
+        made.stamp[k] + 1_000_000, JOINT_NAMES, made.q[k])) for k in range(700)]
+    result = judged(arm_messages(made)[::5] + positions)
+    assert result.verdict == 'pass' and result.check('inverse dynamics').verdict == 'pass'
+    assert '700 states of 840 are of another source' in remarks(result)
+
+
+def test_a_torque_that_begins_late_is_judged_from_there(judged, made):
+    effort = made.effort.copy()
+    effort[:400] = np.nan
+    result = judged(arm_messages(made.with_(effort=effort)))
+    assert result.verdict == 'pass' and result.about['states'] == 700
+    assert result.check('inverse dynamics').verdict == 'pass'
+    assert 'torque is recorded in 300 of 700 states' in remarks(result)
+
+
+@pytest.mark.parametrize('joints', [range(6), [3]])
+def test_a_velocity_of_zero_of_joints_that_move_is_differentiated(judged, made, joints):
+    qd = made.qd.copy()
+    qd[:, joints] = 0.0
+    result = judged(arm_messages(made.with_(qd=qd)))
+    assert result.verdict == 'pass' and 'is zero although the positions change' in remarks(result)
+
+
+@pytest.mark.parametrize('field, value', [('q', 1e300), ('qd', 500.0), ('effort', -1e300)])
+def test_a_value_that_no_arm_can_have_is_dropped_and_counted(judged, made, field, value):
+    values = getattr(made, field).copy()
+    values[5, 3] = value
+    result = judged(arm_messages(made.with_(**{field: values})))
+    assert result.verdict == 'pass' and result.about['states'] == 699
+    assert '1 states of 700 hold a value that no arm can have' in remarks(result)
+
+
+def test_positions_in_degrees_are_refused_with_joint_and_value(judged, made):
+    with pytest.raises(InputError, match=r'shoulder_pan_joint is at \d+.* rad .*degrees'):
+        judged(arm_messages(made.with_(q=np.degrees(made.q), qd=np.degrees(made.qd))))
+
+
+def test_fewer_efforts_than_names_leave_the_other_fields(judged, made):
+    names = ('rail', 'finger', *JOINT_NAMES)
+    zero = np.zeros(2)
+    messages = [(int(stamp), message(stamp, names, [*zero, *made.q[k]], [*zero, *made.qd[k]],
+                                     made.effort[k])) for k, stamp in enumerate(made.stamp)]
+    result = judged(messages)
+    assert result.check('kinematics').verdict == 'pass'
+    assert result.check('inverse dynamics').verdict == 'not applicable'
+    assert 'have fewer values of effort than names' in remarks(result)
+
+
+def test_the_prefix_chooses_the_topic_too(judged, made):
+    topics = {'/l/joint_states': arm_messages(made, prefix='left_'),
+              '/r/joint_states': arm_messages(motion('ur3e'), prefix='right_')}
+    assert judged(topics, arm='ur3e', joint_prefix='right_').verdict == 'pass'
+
+
+def test_a_prefix_on_no_topic_is_refused_with_those_of_all_topics(judged, made):
+    topics = {'/l/joint_states': arm_messages(made, prefix='left_'),
+              '/r/joint_states': arm_messages(motion('ur3e'), prefix='right_')}
+    with pytest.raises(InputError, match="'up_'.*'left_', 'right_'"):
+        judged(topics, joint_prefix='up_')
+
+
+def test_names_that_stand_twice_are_the_reason_of_the_refusal(judged, made):
+    names = (*JOINT_NAMES, JOINT_NAMES[0])
+    messages = [(int(stamp), message(stamp, names, [*made.q[k], made.q[k, 0]]))
+                for k, stamp in enumerate(made.stamp)]
+    with pytest.raises(InputError, match='no joint states in it.*joint names missing or twice'):
+        judged(messages)
+
+
+DRIVE = np.array([13.0, 13.0, 10.0, 9.5, 9.0, 9.0])
+UNITS = {
+    'motor current in mA': lambda effort: 1000.0 * effort / DRIVE,
+    'motor current with the other sign': lambda effort: -effort / DRIVE,
+    'joint torque in another unit': lambda effort: 1000.0 * effort,
+}
+
+
+@pytest.mark.parametrize('looks', UNITS)
+def test_an_effort_in_another_unit_is_named_and_judged_by_the_option(judged, made, looks):
+    changed = arm_messages(made.with_(effort=UNITS[looks](made.effort)))
+    result = judged(changed)
+    assert f'looks like {looks} (' in result.check('effort').sentence
+    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
+
+
+@pytest.mark.parametrize('looks', UNITS)
+def test_with_the_option_another_unit_passes(judged, made, looks):
+    result = judged(arm_messages(made.with_(effort=UNITS[looks](made.effort))), effort='current')
+    assert result.check('inverse dynamics').verdict == 'pass'
+
+
+def test_a_current_in_steps_of_a_tenth_of_an_ampere_is_a_current(judged, made):
+    result = judged(arm_messages(made.with_(effort=np.round(made.effort / DRIVE, 1))))
+    assert '--effort current' in result.check('effort').sentence
+
+
+TURNED = np.array([1.0, -1.0, 1.0, 1.0, 1.0, -1.0])
+
+
+def test_joints_with_the_other_sign_are_named(judged, made):
+    result = judged(arm_messages(made.with_(effort=TURNED * made.effort)))
+    assert 'with the other sign at shoulder_lift_joint, wrist_3_joint' in (
+        result.check('effort').sentence)
+
+
+def test_the_option_turns_the_joints_that_are_turned(judged, made):
+    result = judged(arm_messages(made.with_(effort=TURNED * made.effort)), effort='other_sign')
+    assert result.verdict == 'pass'
+
+
+def test_friction_with_the_other_sign_is_no_other_meaning(judged, made):
+    turned = -(made.effort + 3.0 * np.sign(made.qd))
+    result = judged(arm_messages(made.with_(effort=turned)))
+    assert '--effort other_sign' in result.check('effort').sentence
+
+
+@pytest.mark.parametrize('joint, value', [(2, 5.0), (3, 0.0)])
+def test_a_joint_whose_effort_never_changes_is_named(judged, made, joint, value):
+    effort = made.effort.copy()
+    effort[:, joint] = value
+    result = judged(arm_messages(made.with_(effort=effort)))
+    assert f'the effort of {JOINT_NAMES[joint]} is constant' in result.check('effort').sentence
+    assert result.verdict == 'fail'
+
+
+LOADED = {
+    'gravity_excluded': lambda made, gravity: made.effort - gravity,
+    'target': lambda made, gravity: gravity,
+    'current': lambda made, gravity: made.effort / DRIVE,
+    'other_sign': lambda made, gravity: -made.effort,
+}
+
+
+def loaded(mass, still=False):
+    """Return the motion of an arm with a load, and the torque of gravity along it."""
+    arm = with_payload(load_arm('ur5e'), mass, (0.0, 0.02, 0.06))
+    made = motion(arm, still=still)
+    return made, gravity_torque(made.q + arm.angle_offset, arm)
+
+
+@pytest.mark.parametrize('mass', [1.0, 3.0])
+@pytest.mark.parametrize('meaning', LOADED)
+def test_an_undeclared_load_does_not_hide_what_the_effort_is(judged, meaning, mass):
+    made, gravity_of_it = loaded(mass)
+    result = judged(arm_messages(made.with_(effort=LOADED[meaning](made, gravity_of_it))))
+    sentence = result.check('effort').sentence
+    assert f'--effort {meaning}' in sentence and f'a load of {mass:g} kg' in sentence
+    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
+
+
+@pytest.mark.parametrize('meaning', ['gravity_excluded', 'target', 'other_sign'])
+def test_with_the_option_the_load_is_the_cause(judged, meaning):
+    made, gravity_of_it = loaded(2.0)
+    result = judged(arm_messages(made.with_(effort=LOADED[meaning](made, gravity_of_it))),
+                    effort=meaning)
+    assert [cause['kind'] for cause in result.causes] == ['payload']
+    assert result.causes[0]['mass_kg'] == pytest.approx(2.0, rel=0.01)
+
+
+@pytest.mark.parametrize('noise', [0.0, 0.3])
+def test_at_rest_the_load_that_explains_the_torque_is_named_without_its_place(judged, noise):
+    made, _ = loaded(1.5, still=True)
+    random = np.random.default_rng(5)
+    result = judged(arm_messages(made.with_(
+        effort=made.effort + random.normal(0.0, noise, (700, 6)),
+        q=made.q + random.normal(0.0, 1e-4 * noise, (700, 6)),
+        qd=random.normal(0.0, 3e-3 * noise, (700, 6)))))
+    assert [cause['kind'] for cause in result.causes] == ['payload']
+    assert result.causes[0]['mass_kg'] == pytest.approx(1.5, rel=0.02)
+    assert 'does not tell its centre of mass' in result.causes[0]['sentence']
+
+
+@pytest.mark.parametrize('noise', [0.0, 0.1])
+def test_at_rest_a_torque_that_no_load_explains_is_not_told(judged, noise):
+    made = motion(still=True)
+    random = np.random.default_rng(6)
+    result = judged(arm_messages(made.with_(
+        effort=made.effort + np.array([0.0, -5.0, -2.0, 0.3, 0.0, 0.0])
+        + random.normal(0.0, noise, (700, 6)))))
+    assert result.verdict == 'fail'
+    assert [cause['kind'] for cause in result.causes] == ['unexplained']
+    assert 'this motion does not tell' in result.causes[0]['sentence']
+
+
+def test_without_an_arm_and_torque_the_arms_that_fit_another_meaning_are_named(judged, made):
+    with pytest.raises(InputError, match=r'none of the known arms fits .*ur5e \(.*--effort curre'):
+        judged(arm_messages(made.with_(effort=made.effort / DRIVE)), arm=None)
+
+
+def test_velocities_in_degrees_are_named_so(judged, made):
+    result = judged(arm_messages(made.with_(qd=np.degrees(made.qd))))
+    assert 'look like degrees a second' in result.check('kinematics').sentence

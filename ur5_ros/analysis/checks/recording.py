@@ -6,6 +6,9 @@ from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.result import FAIL, PASS, Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 
+#: States on either side of a step by which a missing state is told from jitter.
+NEAR = 8
+
 
 def recording_check(run: Run) -> Check:
     """Return whether both bags are complete, and if not why."""
@@ -117,10 +120,27 @@ def _gaps(run: Run, marks: Marks, steps: np.ndarray, period: float) -> np.ndarra
     if run.sim is not None:
         return np.abs(steps - period) > max(2.0, marks['period'] * period)
     missing = np.rint(steps / period) - 1
+    missing = np.where(missing == 1, np.rint(_lasting(steps, period)), missing)
     if run.dropped is not None and len(run.dropped):
         filled = np.diff(np.searchsorted(run.dropped, run.stamp))
         missing = missing - filled
     return missing > 0
+
+
+def _lasting(steps: np.ndarray, period: float) -> np.ndarray:
+    """
+    Return by how many periods the states after each step are late, those near it taken together.
+
+    Of jitter alone the next steps are shorter again; after a missing state they are not.
+
+    """
+    late = np.concatenate([[0.0], np.cumsum(np.where(steps < 2.5 * period, steps - period, 0.0))])
+    total = np.concatenate([[0.0], np.cumsum(late)])
+    row = np.arange(1, len(late))
+    first, last = np.maximum(row - NEAR, 0), np.minimum(row + NEAR, len(late))
+    before = (total[row] - total[first]) / (row - first)
+    after = (total[last] - total[row]) / (last - row)
+    return (after - before) / period
 
 
 def _lateness(run: Run) -> dict[str, float]:

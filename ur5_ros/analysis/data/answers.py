@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.data.bags import BagData
-from ur5_ros.analysis.data.rows import StateRows
 from ur5_ros.analysis.data.series import (
     FROM_SIM,
     aligned,
@@ -13,6 +12,7 @@ from ur5_ros.analysis.data.series import (
     first_bag,
     matching_rows,
 )
+from ur5_ros.analysis.data.states.rows import StateRows
 from ur5_ros.bag.arrays.columns import Columns
 
 

@@ -104,8 +104,7 @@ def _read(bag: Bag, options: ReadingOptions) -> BagData:
     for role, topic in topics.items():
         columns = loaded[topic.name]
         if isinstance(columns, Columns):
-            if columns.skipped:
-                sentence = _skipped(columns, topic)
+            for sentence in _left_out(columns, topic):
                 if node in ('sim', 'control'):
                     bag.report(f'{bag.path}: {sentence}')
                 else:
@@ -133,7 +132,12 @@ def _read(bag: Bag, options: ReadingOptions) -> BagData:
                    tuple(int(stamp) for stamp in note.get('stamps', ())))
 
 
-def _skipped(columns: Columns, topic: FoundTopic) -> str:
+def _left_out(columns: Columns, topic: FoundTopic) -> list[str]:
+    """Return what of the messages of a topic was left out, in sentences."""
     total = columns.skipped + len(columns.stamp)
-    return (f'{columns.skipped} messages of {topic.name}, of {total}, could not be '
-            'used: joint names missing, or lengths that contradict each other')
+    skipped = [f'{columns.skipped} messages of {topic.name}, of {total}, could not be '
+               'used: joint names missing or twice, or lengths that contradict each other'
+               ] if columns.skipped else []
+    return skipped + [f'{count} messages of {topic.name}, of {total}, have fewer values of '
+                      f'{field} than names: that field was left out'
+                      for field, count in columns.short.items()]

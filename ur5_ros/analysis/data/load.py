@@ -10,7 +10,6 @@ from ur5_ros.analysis.data.bags import BagData, open_bags
 from ur5_ros.analysis.data.effort_meaning import with_effort_meaning
 from ur5_ros.analysis.data.given_reference import given_reference
 from ur5_ros.analysis.data.options import ReadingOptions, check_effort_meaning
-from ur5_ros.analysis.data.rows import StateRows, foreign_rows, own_rows
 from ur5_ros.analysis.data.run import NodeRecord, Run, States, total_effort
 from ur5_ros.analysis.data.series import (
     contact_of,
@@ -21,6 +20,7 @@ from ur5_ros.analysis.data.series import (
     temperature_of,
     truth_of,
 )
+from ur5_ros.analysis.data.states.rows import StateRows, foreign_rows, own_rows
 from ur5_ros.analysis.data.target_wrench import target_wrenches
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
@@ -83,7 +83,7 @@ def load_run(
     remarks = [remark for bag in bags for remark in bag.remarks]
     bag = first_bag(bags, 'joint_states', ('sim', 'robot', '', 'control'))
     if bag is None:
-        why = f' ({problems[0]})' if problems else ''
+        why = f' ({(problems or remarks)[0]})' if problems or remarks else ''
         raise InputError(f'{folder}: no joint states in it; nothing can be judged{why}')
     counts: dict[str, int] = {}
     found = _states(bag, bags, counts, problems, remarks)

@@ -7,8 +7,8 @@ import numpy as np
 from ur5_ros.analysis.data.bags import BagData
 from ur5_ros.analysis.data.contact import contact_rows, contact_series
 from ur5_ros.analysis.data.node_records import messages_of
-from ur5_ros.analysis.data.rows import FIELDS
 from ur5_ros.analysis.data.run import NodeRecord, States
+from ur5_ros.analysis.data.states.fields import FIELDS
 from ur5_ros.analysis.data.topic_roles import PART_NAMES
 from ur5_ros.bag.arrays.columns import RawColumns
 from ur5_ros.cdr.codec import decode

@@ -164,14 +164,20 @@ class _Search:
         topic = self._stated_topic('joint_states')
         if topic is not None:
             return topic
-        candidates = {}
+        candidates, prefixes = {}, dict[str, None]()
+        given = self._options.joint_prefix
         for topic in self._of_type('joint_states'):
             holding = [(form, count) for form, count in self.forms(topic, _JOINT_STATE).items()
                        if 'position' in form.fields and prefixes_of(form.names)]
-            if holding:
+            there = dict.fromkeys(each for form, _ in holding for each in prefixes_of(form.names))
+            prefixes |= there
+            if holding and (given is None or given in there):
                 filled = frozenset().union(*(form.fields for form, _ in holding))
                 ending = topic.endswith(ROLE_ENDINGS['joint_states'])
                 candidates[topic] = (ending, len(filled), sum(count for _, count in holding))
+        if prefixes and not candidates:
+            raise InputError(f'{self._bag.path}: no joints with the prefix {given!r}; the '
+                             f'prefixes there are: {quoted(prefixes)}')
         if not candidates:
             raise InputError(self._no_joints())
         best = max(candidates, key=lambda topic: candidates[topic])

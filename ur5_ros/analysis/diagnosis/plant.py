@@ -15,12 +15,12 @@ from ur5_ros.analysis.diagnosis.friction import (
     stribeck_velocity,
 )
 from ur5_ros.analysis.diagnosis.selection import (
-    SIGNIFICANT,
     Causes,
     Fit,
     choose,
     with_confounders,
 )
+from ur5_ros.analysis.diagnosis.sentences import sentences_of, unexplained
 from ur5_ros.analysis.residual_blocks import (
     SampleBlocks,
     load_torque,
@@ -33,7 +33,6 @@ from ur5_ros.config import list_arms, load_arm
 from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.regressor import dynamics_regressor
-from ur5_ros.signals import JOINT_NAMES
 
 #: A cause must explain this share of the unexplained torque, squared; more where the plant's time
 #: step is not that of the recording, or there is noise.
@@ -48,17 +47,12 @@ LEAST_TORQUE = 1e-9
 #: Unexplained torque under this share of the largest joint's does not weigh more for being small.
 SMALL_EXACT, SMALL_MEASURED = 1e-6, 0.02
 
-#: Smallest standard error, as a share of the value: the model is not known better.
-PRECISION = 1e-9
-
 #: How far a real robot's gravity may be from none, the arm's own, or twice that, as a share.
 POSSIBLE = 0.02
 
-#: What a mass may be uncertain by before it is not named, as a share of it.
-VAGUE = 0.5
+#: Positions within this are one pose [rad], and what its only cause may leave of the torque.
+ONE_POSE, LEFT_AT_REST = 1e-3, 0.05
 
-_UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2',
-          'load-dependent friction': '1', 'Stribeck friction': 'N m'}
 STRIBECK = 'Stribeck friction'
 
 
@@ -70,10 +64,16 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     sizes with errors.  Another known arm is named before several fitted causes.
 
     """
+    measured = replace(run, truth=None)
+    if measured.noisy:  # what a real robot would have recorded
+        run = measured
     samples = sample_blocks(run, arm)
     if samples is None or not np.abs(samples.unexplained_torque).max() > 0.0:
         return []
-    causes = _causes_of(samples, arm)
+    rests = not samples.exact and _rests(samples)
+    if rests:
+        samples = _at_mean_pose(samples, arm)
+    causes = _causes_of(samples, arm, run.effort_meaning == 'gravity_excluded', rests)
     least = SHARE_EXACT if samples.exact else SHARE_MEASURED
     other, left = _best_arm(samples, arm, causes.weight)
     fit, causes, velocity = _choose(samples, causes, least)
@@ -81,14 +81,16 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
         causes = causes._replace(units={name: unit for name, unit in causes.units.items()
                                         if name != 'gravity'})
         fit, causes, velocity = _choose(samples, causes, least)
-    if not samples.exact:
+    if not samples.exact and not rests:
         fit = with_confounders(fit, causes)
     # one cause alone does as well
     explained = len(fit.names) == 1 and fit.left < min(least, 2.0 * left)
     if other and not explained and (left < least or left < 0.1 and fit.left > ROUNDING and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2)):
         return [_arm_cause(other, arm, 1.0 - left, samples, causes.weight)]
-    found = _sentences(fit, causes)
+    if rests and (len(fit.names) > 1 or fit.left > LEFT_AT_REST):
+        return [unexplained(1.0, True)]
+    found = sentences_of(fit, causes)
     for cause in found:
         if cause['kind'] == STRIBECK:
             cause |= {'velocity': velocity, 'sentence': f'{cause["sentence"]}; it has fallen to '
@@ -144,17 +146,26 @@ def _stiction(samples: SampleBlocks, fit: Fit, causes: Causes) -> dict[str, Any]
     return stiction_cause(samples, held, level)
 
 
-def _causes_of(samples: SampleBlocks, arm: ArmParameters) -> Causes:
-    """Return the unexplained torque and what may explain it; standing still, not friction."""
+def _causes_of(samples: SampleBlocks, arm: ArmParameters, weightless: bool,
+               rests: bool) -> Causes:
+    """
+    Return the unexplained torque and what may explain it; standing still, not friction.
+
+    ``weightless``: the effort was recorded without gravity, that of a load included.
+
+    """
     units = unit_torques(samples, arm)
+    if weightless:
+        units['payload'] = unit_torques(samples, replace(arm, gravity=np.zeros(3)))['payload']
+        del units['gravity']
     torque = samples.unexplained_torque.mean(axis=1)
     known = sliding(samples)
-    if not known.any():  # at rest: the torque of gravity and of a load, as nothing else acts
-        known = np.ones_like(known)
-        units = {name: units[name] for name in ('payload', 'gravity')}
+    if rests or not known.any():  # gravity and a load alone act at rest
+        known, rests = np.ones_like(known), True
+        units = {name: units[name] for name in ('payload', 'gravity') if name in units}
     scale = np.sqrt(np.mean(torque**2, axis=0))
     # a joint whose torque is small may be all noise, which other joints' columns would then fit
-    least = SMALL_EXACT if samples.exact else SMALL_MEASURED
+    least = 1.0 if rests else SMALL_EXACT if samples.exact else SMALL_MEASURED
     scale = np.maximum(scale, least * scale.max())
     weight = known / scale / np.sqrt(np.maximum(known.sum(axis=0), 1))
     return Causes(torque, weight, units, arm)
@@ -193,90 +204,14 @@ def _arm_cause(name: str, arm: ArmParameters, share: float, samples: SampleBlock
         f'{mending.after:.2g} N m RMS'}
 
 
-def _sentences(fit: Fit, causes: Causes) -> list[dict[str, Any]]:
-    """Return one cause for each group of the fit, and one for what stays unexplained."""
-    found, share = [], 1.0 - fit.left
-    for name in fit.names:
-        part = fit.part(name, causes)
-        value = fit.value[part]
-        error = np.maximum(fit.error[part], PRECISION * np.abs(value).max())
-        if name == 'payload':
-            cause = _payload(value, error, fit.determined[part])
-        elif name == 'gravity':
-            cause = _gravity(value, error, fit.determined[part], causes.arm)
-        else:
-            cause = _per_joint(name, value, error)
-        cause = {'share': share, **cause}
-        if fit.confounders:
-            cause['rivals'] = list(fit.confounders)
-            others = ' and '.join(fit.confounders)
-            cause['sentence'] += f'; this motion does not tell it from {others}, hence the error'
-        found.append(cause)
-    if fit.left > 0.05:
-        still = ('; the arm stands still, and this motion does not tell more: move it to several '
-                 'poses' if 'armature' not in causes.units else '')
-        found.append({'kind': 'unexplained', 'share': fit.left,
-                      'sentence': f'{fit.left:.1%} of the squared residual is noise or '
-                      f'fits none of the known causes{still}'})
-    return found
+def _rests(samples: SampleBlocks) -> bool:
+    """Return whether the arm stays in one pose."""
+    return float(np.ptp(samples.q.mean(axis=1), axis=0).max()) < ONE_POSE
 
 
-def _payload(value, error, determined) -> dict[str, Any]:
-    mass = float(value[0])
-    if not determined[0] or error[0] > VAGUE * abs(mass):
-        return {'kind': 'payload', 'determined': False,
-                'sentence': 'a load at the tool explains it, but this motion does not tell its '
-                'mass; turn the wrists to several poses'}
-    com = value[1:4] / mass
-    com = np.where(np.abs(com) > PRECISION, com, 0.0)
-    place, unknown = ', '.join(f'{x:.3g}' for x in com), ''
-    if not determined[1:4].all():
-        place, com = '', np.full(3, np.nan)
-        unknown = '; this motion does not tell its centre of mass, turn the wrists'
-    where = f', centre of mass at [{place}] m in tool0' if place else unknown
-    words = (f"{mass:.4g} +- {error[0]:.1g} kg at the tool that the law's arm does not have"
-             if mass > 0.0 else f"{-mass:.4g} +- {error[0]:.1g} kg less at the tool than the "
-             "law's arm has")
-    return {'kind': 'payload', 'mass_kg': mass, 'mass_error_kg': float(error[0]),
-            'com_m': com.tolist(), 'sentence': words + where}
-
-
-def _gravity(value, error, determined, arm) -> dict[str, Any]:
-    found = arm.gravity + value
-    size, own = np.linalg.norm(found), np.linalg.norm(arm.gravity)
-    if not determined.all():
-        return {'kind': 'gravity', 'determined': False,
-                'sentence': 'another gravity explains it, but this motion does not tell its '
-                'direction; move to several poses'}
-    ratio = size / own
-    cosine = float(np.clip(found @ arm.gravity / max(size * own, 1e-300), -1.0, 1.0))
-    turned = float(np.degrees(np.arccos(cosine)))
-    kind, words = 'gravity', f'gravity of {size:.5g} m/s^2 instead of {own:.5g}'
-    if ratio < 0.02:
-        kind, words = 'gravity missing', 'gravity missing: the plant has none'
-    elif turned > max(1.0, SIGNIFICANT * np.degrees(error.max() / size)):
-        along = ', '.join(f'{x:.4g}' for x in np.where(np.abs(found) > 1e-6 * size, found, 0.0))
-        words = (f'gravity along [{along}] m/s^2 in base, turned by {turned:.4g} deg: '
-                 f'{_mounting(turned)}')
-    elif abs(ratio - 2.0) < 0.02:
-        kind, words = 'gravity doubled', 'gravity doubled: the plant has it twice'
-    return {'kind': kind, 'gravity': found.tolist(), 'error': error.tolist(),
-            'turned_deg': turned, 'sentence': f'{words} (+- {error.max():.1g} m/s^2)'}
-
-
-def _mounting(turned: float) -> str:
-    """Return in words how an arm is mounted whose gravity is turned by an angle [deg]."""
-    if turned > 170.0:
-        return 'the arm hangs from a ceiling'
-    return 'the arm is mounted on a wall' if 80.0 < turned < 100.0 else 'the arm is tilted'
-
-
-def _per_joint(name, value, error) -> dict[str, Any]:
-    sure = np.flatnonzero((np.abs(value) > SIGNIFICANT * error)
-                          & (np.abs(value) > 1e-3 * np.abs(value).max()))
-    unit = _UNITS[name]
-    what = 'rotor inertia (armature)' if name == 'armature' else name
-    listed = ', '.join(f'{JOINT_NAMES[i]} {value[i]:.4g} +- {error[i]:.1g}' for i in sure)
-    return {'kind': name, 'joints': {JOINT_NAMES[i]: {'value': float(value[i]),
-                                                       'error': float(error[i])} for i in sure},
-            'sentence': f"{what} that the law's arm does not have [{unit}]: {listed or 'slight'}"}
+def _at_mean_pose(samples: SampleBlocks, arm: ArmParameters) -> SampleBlocks:
+    """Return the samples of an arm at rest in its mean pose: its noise is no motion."""
+    q = np.broadcast_to(samples.q.mean(axis=(0, 1)), samples.q.shape)
+    rest = np.zeros(samples.q.shape)
+    return samples._replace(q=q, qd=rest, qdd=rest, qd_next=rest,
+                            unexplained_torque=samples.effort - gravity_torque(q, arm))

@@ -79,6 +79,7 @@ class Collector:
         self._unread = 0
         self._first_unread = ''
         self._broken: list[int] = []
+        self._short: dict[str, int] = {}
 
     def _name(self, names: Sequence[str]) -> None:
         """Set the names of the columns."""
@@ -144,9 +145,13 @@ class Collector:
             self._name(names)
         order = [names.index(name) for name in self._names or ()] \
             if set(self._names or ()) <= set(names) else None
-        if not whole and order is not None and any(
-                len(values[field]) <= max(order) for field in filled):
-            return None
+        if not whole and order is not None:
+            short = [field for field in filled if len(values[field]) <= max(order)]
+            filled = [field for field in filled if field not in short]
+            if self._kind.fields[0] not in filled:
+                return None
+            for field in short:
+                self._short[field] = self._short.get(field, 0) + 1
         if whole and len(self._layouts) < MAX_LAYOUTS:
             layout = self._kind.layout(names, message['header']['frame_id'], filled)
             if layout.matches(data):
@@ -165,4 +170,5 @@ class Collector:
                          f'the first: {self._first_unread}')
         table = self._table.trimmed()
         return Columns(self._names or (), table.stamp, table.log_time, table.publish_time,
-                       table.fields, table.skipped, np.array(self._broken, np.int64))
+                       table.fields, table.skipped, np.array(self._broken, np.int64),
+                       self._short)

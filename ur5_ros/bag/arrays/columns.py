@@ -39,6 +39,8 @@ class Columns(NamedTuple):
     """Messages left out: without one of the names, or with lengths that contradict each other."""
     broken: np.ndarray = np.zeros(0, np.int64)
     """Log times [ns] of those of them that are empty or contradict themselves."""
+    short: dict[str, int] = {}
+    """Field -> messages that have fewer values of it than names, where it is NaN."""
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return a field by its name, such as ``position``."""

@@ -1,0 +1,1 @@
+"""The joint states of a recording that count: stamps, sources, fields."""

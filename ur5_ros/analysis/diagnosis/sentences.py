@@ -1,0 +1,111 @@
+"""Causes in the plant as values and in words."""
+
+from typing import Any
+
+import numpy as np
+
+from ur5_ros.analysis.diagnosis.selection import SIGNIFICANT, Causes, Fit
+from ur5_ros.signals import JOINT_NAMES
+
+#: Smallest standard error, as a share of the value: the model is not known better.
+PRECISION = 1e-9
+
+#: What a mass may be uncertain by before it is not named, as a share of it.
+VAGUE = 0.5
+
+_UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2',
+          'load-dependent friction': '1', 'Stribeck friction': 'N m'}
+
+
+def sentences_of(fit: Fit, causes: Causes) -> list[dict[str, Any]]:
+    """Return one cause for each group of the fit, and one for what stays unexplained."""
+    found, share = [], 1.0 - fit.left
+    for name in fit.names:
+        part = fit.part(name, causes)
+        value = fit.value[part]
+        error = np.maximum(fit.error[part], PRECISION * np.abs(value).max())
+        if name == 'payload':
+            cause = _payload(value, error, fit.determined[part])
+        elif name == 'gravity':
+            cause = _gravity(value, error, fit.determined[part], causes.arm)
+        else:
+            cause = _per_joint(name, value, error)
+        cause = {'share': share, **cause}
+        if fit.confounders:
+            cause['rivals'] = list(fit.confounders)
+            others = ' and '.join(fit.confounders)
+            cause['sentence'] += f'; this motion does not tell it from {others}, hence the error'
+        found.append(cause)
+    if fit.left > 0.05:
+        found.append(unexplained(fit.left, 'armature' not in causes.units))
+    return found
+
+
+def unexplained(left: float, still: bool) -> dict[str, Any]:
+    """Return the sentence about what no cause explains."""
+    more = ('; the arm stands still, and this motion does not tell more: move it to several poses'
+            if still else '')
+    return {'kind': 'unexplained', 'share': left,
+            'sentence': f'{left:.1%} of the squared residual is noise or fits none of the known '
+            f'causes{more}'}
+
+
+def _payload(value, error, determined) -> dict[str, Any]:
+    mass = float(value[0])
+    if not determined[0] or error[0] > VAGUE * abs(mass):
+        return {'kind': 'payload', 'determined': False,
+                'sentence': 'a load at the tool explains it, but this motion does not tell its '
+                'mass; turn the wrists to several poses'}
+    com = value[1:4] / mass
+    com = np.where(np.abs(com) > PRECISION, com, 0.0)
+    place, unknown = ', '.join(f'{x:.3g}' for x in com), ''
+    if not determined[1:4].all():
+        place, com = '', np.full(3, np.nan)
+        unknown = '; this motion does not tell its centre of mass, turn the wrists'
+    where = f', centre of mass at [{place}] m in tool0' if place else unknown
+    words = (f"{mass:.4g} +- {error[0]:.1g} kg at the tool that the law's arm does not have"
+             if mass > 0.0 else f"{-mass:.4g} +- {error[0]:.1g} kg less at the tool than the "
+             "law's arm has")
+    return {'kind': 'payload', 'mass_kg': mass, 'mass_error_kg': float(error[0]),
+            'com_m': com.tolist(), 'sentence': words + where}
+
+
+def _gravity(value, error, determined, arm) -> dict[str, Any]:
+    found = arm.gravity + value
+    size, own = np.linalg.norm(found), np.linalg.norm(arm.gravity)
+    if not determined.all():
+        return {'kind': 'gravity', 'determined': False,
+                'sentence': 'another gravity explains it, but this motion does not tell its '
+                'direction; move to several poses'}
+    ratio = size / own
+    cosine = float(np.clip(found @ arm.gravity / max(size * own, 1e-300), -1.0, 1.0))
+    turned = float(np.degrees(np.arccos(cosine)))
+    kind, words = 'gravity', f'gravity of {size:.5g} m/s^2 instead of {own:.5g}'
+    if ratio < 0.02:
+        kind, words = 'gravity missing', 'gravity missing: the plant has none'
+    elif turned > max(1.0, SIGNIFICANT * np.degrees(error.max() / size)):
+        along = ', '.join(f'{x:.4g}' for x in np.where(np.abs(found) > 1e-6 * size, found, 0.0))
+        words = (f'gravity along [{along}] m/s^2 in base, turned by {turned:.4g} deg: '
+                 f'{_mounting(turned)}')
+    elif abs(ratio - 2.0) < 0.02:
+        kind, words = 'gravity doubled', 'gravity doubled: the plant has it twice'
+    return {'kind': kind, 'gravity': found.tolist(), 'error': error.tolist(),
+            'turned_deg': turned, 'sentence': f'{words} (+- {error.max():.1g} m/s^2)'}
+
+
+def _mounting(turned: float) -> str:
+    """Return in words how an arm is mounted whose gravity is turned by an angle [deg]."""
+    if turned > 170.0:
+        return 'the arm hangs from a ceiling'
+    return 'the arm is mounted on a wall' if 80.0 < turned < 100.0 else 'the arm is tilted'
+
+
+def _per_joint(name, value, error) -> dict[str, Any]:
+    sure = np.flatnonzero((np.abs(value) > SIGNIFICANT * error)
+                          & (np.abs(value) > 1e-3 * np.abs(value).max()))
+    unit = _UNITS[name]
+    what = 'rotor inertia (armature)' if name == 'armature' else name
+    listed = ', '.join(f'{JOINT_NAMES[i]} {value[i]:.4g} +- {error[i]:.1g}' for i in sure)
+    return {'kind': name, 'joints': {JOINT_NAMES[i]: {'value': float(value[i]),
+                                                       'error': float(error[i])} for i in sure},
+            'sentence': f"{what} that the law's arm does not have [{unit}]: {listed or 'slight'}"}
