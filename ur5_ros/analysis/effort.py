@@ -10,7 +10,7 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.residual_blocks import SampleBlocks, sample_blocks
 from ur5_ros.config import list_arms, load_arm
-from ur5_ros.model.dynamics import inverse_dynamics
+from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 
 #: Another meaning must leave at most this share of what joint torque leaves.
