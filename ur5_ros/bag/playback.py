@@ -85,6 +85,7 @@ def load_playback(
             raise InputError(f'{run}: nothing on topic {topic}{why}; there is: '
                              f'{", ".join(types) or "nothing"}')
     if not types:
+        remarks += [problem for folder in bags_of_run(run) for problem in open_bag(folder).check()]
         why = f': {remarks[0]}' if remarks else '; give a run with messages in it'
         raise InputError(f'{run}: no message to send{why}')
     return _in_order(types, found, send_time, start, stop, run)._replace(remarks=tuple(remarks))

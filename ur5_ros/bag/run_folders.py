@@ -13,6 +13,10 @@ BAGS = Path('bags')
 RECOVERED = '.recovered'
 UNFINISHED = '.unfinished'
 
+#: Ending of a compressed file -> what decompresses it.
+PACKED = {'.zstd': 'zstd -d', '.zst': 'zstd -d', '.gz': 'gunzip', '.bz2': 'bunzip2', '.xz': 'unxz',
+          '.lz4': 'lz4 -d', '.zip': 'unzip'}
+
 _LETTERS = 'abcdefghijklmnopqrstuvwxyz0123456789'
 
 
@@ -46,9 +50,20 @@ def bags_of_run(run: Path) -> list[Path]:
     found = sorted(each for each in run.iterdir()
                    if is_bag(each) and not each.name.endswith((RECOVERED, UNFINISHED)))
     if not found:
+        _refuse_other_forms(run)
         raise InputError(f'{run}: no bag in it; give a folder that holds sim/ and control/, or '
                          'a bag')
     return found
+
+
+def _refuse_other_forms(folder: Path) -> None:
+    """Raise InputError for a folder with compressed storage files or bags of ROS 1."""
+    for file in sorted(folder.iterdir()):
+        if file.suffix in PACKED and file.stem.endswith(('.mcap', '.db3')):
+            raise InputError(f'{file}: a compressed file; decompress it with: '
+                             f'{PACKED[file.suffix]} {file.name}')
+        if file.suffix == '.bag':
+            raise InputError(f'{file}: a bag of ROS 1; convert it with: rosbags-convert')
 
 
 def newest_run(bags: Path = BAGS) -> Path:

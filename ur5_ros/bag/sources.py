@@ -9,13 +9,17 @@ from ur5_ros.bag.mcap.reader import McapReader, MessageSource
 from ur5_ros.bag.mcap.records import CHECKSUM, checksum
 from ur5_ros.bag.metadata import NAME, Information, read_metadata
 from ur5_ros.bag.rosbag2_folder import DESCRIPTION_RECORD, NOTE_RECORD
-from ur5_ros.bag.sqlite3_reader import SQLITE3_MAGIC, Sqlite3Reader
+from ur5_ros.bag.sqlite3_reader import SQLITE3_MAGIC, ZSTANDARD_MAGIC, Sqlite3Reader
 from ur5_ros.errors import BagError, InputError
 
 Report = Callable[[str], None]
 
 #: How a bag of ROS 1 begins.
 ROS1_MAGIC = b'#ROSBAG V'
+
+#: How a compressed file begins -> what decompresses it.
+COMPRESSED = {ZSTANDARD_MAGIC: 'zstd -d', b'\x1f\x8b': 'gunzip', b'BZh': 'bunzip2',
+              b'\xfd7zXZ': 'unxz', b'PK\x03\x04': 'unzip', b'\x04"M\x18': 'lz4 -d'}
 
 
 def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequence[MessageSource]]:
@@ -85,6 +89,9 @@ def _open_file(path: Path, report: Report) -> MessageSource:
     if start.startswith(ROS1_MAGIC):
         raise BagError(f'{path}: a bag of ROS 1, which is no MCAP file; convert it with: '
                        'rosbags-convert')
+    for magic, command in COMPRESSED.items():
+        if start.startswith(magic):
+            raise BagError(f'{path}: a compressed file; decompress it with: {command} {path.name}')
     if start == SQLITE3_MAGIC or path.suffix == '.db3':
         return Sqlite3Reader(path, report)
     return McapReader(path, report)

@@ -1,6 +1,8 @@
 """One sqlite3 storage file of rosbag2, read by the standard library; damage is reported."""
 
+import shutil
 import sqlite3
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import quote
@@ -14,6 +16,12 @@ from ur5_ros.errors import BagError
 #: How a sqlite3 file begins.
 SQLITE3_MAGIC = b'SQLite format 3\0'
 
+#: What sqlite leaves beside a file whose writer was ended; committed messages may be there alone.
+UNFINISHED = ('-wal', '-journal')
+
+#: How a message begins that was compressed by rosbag2.
+ZSTANDARD_MAGIC = b'\x28\xb5\x2f\xfd'
+
 #: Rows that are fetched at once.
 _ROWS = 2000
 
@@ -23,12 +31,13 @@ class Sqlite3Reader:
     A ``.db3`` file as a source of messages.
 
     ``report`` takes a sentence about each defect; reading goes on where that is possible.
-    BagError if the file cannot be opened or is not a bag.
+    BagError if the file cannot be opened or is not a bag, or its messages are compressed.
 
     """
 
     def __init__(self, path: Path, report: Callable[[str], None]) -> None:
         self.path = path
+        self._copy: tempfile.TemporaryDirectory[str] | None = None
         self.metadata: list[tuple[str, dict[str, str]]] = []
         self.counts: dict[int, int] = {}
         self._report = report
@@ -39,15 +48,28 @@ class Sqlite3Reader:
             with open(path, 'rb') as file:
                 if file.read(len(SQLITE3_MAGIC)) != SQLITE3_MAGIC:
                     raise BagError(f'{path}: no sqlite3 file')
+            self._opened = self._with_unfinished()
             self._topics = self._read_topics()
         except OSError as error:
             raise BagError(f'{path}: cannot be read: {error.strerror}') from None
         except sqlite3.Error as error:
             raise BagError(f'{path}: not a bag of rosbag2, or damaged: {error}') from None
 
+    def _with_unfinished(self) -> Path:
+        """Return the file, or a copy that sqlite completes from what the writer left beside it."""
+        beside = [Path(f'{self.path}{ending}') for ending in UNFINISHED]
+        beside = [each for each in beside if each.is_file() and each.stat().st_size]
+        if not beside:
+            return self.path
+        self._copy = tempfile.TemporaryDirectory(prefix='ur5-bag-')
+        for each in (self.path, *beside):
+            shutil.copyfile(each, Path(self._copy.name) / each.name)
+        return Path(self._copy.name) / self.path.name
+
     def _connect(self) -> sqlite3.Connection:
         """Open the file for reading alone; nothing is created or changed beside it."""
-        connection = sqlite3.connect(f'file:{quote(str(self.path.absolute()))}?immutable=1',
+        how = 'mode=rw' if self._copy else 'immutable=1'
+        connection = sqlite3.connect(f'file:{quote(str(self._opened.absolute()))}?{how}',
                                      uri=True)
         connection.text_factory = lambda raw: raw.decode('utf-8', 'replace')
         return connection
@@ -117,6 +139,9 @@ class Sqlite3Reader:
                                         'ORDER BY timestamp, id')
             while rows := cursor.fetchmany(_ROWS):
                 for number, time, data in rows:
+                    if isinstance(data, bytes) and data.startswith(ZSTANDARD_MAGIC):
+                        raise BagError(f'{self.path}: its messages are compressed; write it anew '
+                                       'without compression with: ros2 bag convert')
                     if (isinstance(number, int) and isinstance(time, int)
                             and isinstance(data, bytes) and 0 <= number < 2**16):
                         yield number, time, data

@@ -56,6 +56,11 @@ READABLE = {
         [TEXT.split(SEPARATOR)[0], *TEXT.split(SEPARATOR)[:0:-1]])},
     'no profile': {'profile': ''},
     'a header with a sequence number': {'text': SEQUENCE},
+    'the name in C++': {'name': 'sensor_msgs::msg::JointState'},
+    'the name in DDS': {'name': 'sensor_msgs::msg::dds_::JointState_'},
+    'a schema in IDL': {'form': 'ros2idl', 'text': 'module sensor_msgs {};'},
+    'an encoding in capitals': {'encoding': 'CDR'}, 'an empty encoding': {'encoding': ''},
+    'an unknown profile': {'profile': 'mine'},
 }
 
 
@@ -113,6 +118,39 @@ def test_a_topic_of_another_encoding_does_not_keep_the_rest_from_a_replay(tmp_pa
     assert len(played.remarks) == 1 and '/note' in played.remarks[0]
     with pytest.raises(InputError, match="nothing on topic /note .*'json'"):
         load_playback(path, ['/note'])
+
+
+def test_messages_without_a_type_are_known_by_their_content_on_any_topic(tmp_path, made):
+    path = tmp_path / 'untyped.mcap'
+    with open(path, 'wb') as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel('/robot/feedback', 'cdr', 0)
+        other = writer.register_channel('/robot/noise', 'cdr', 0)
+        for time, data in arm_messages(made):
+            writer.add_message(channel, time, data, time)
+            writer.add_message(other, time, data[::-1], time)
+        writer.finish()
+    result = validate(load_run(path, arm='ur5e'))
+    assert result.verdict == 'pass' and result.about['states'] == 700
+
+
+CUT = {'cut': (lambda data: data[:len(data) // 2], 'unfinished'),
+       'zeros': (lambda data: data[:200] + bytes(len(data) - 400) + data[-200:], 'other.mcap'),
+       'empty': (None, 'no message on /joint_states')}
+
+
+@pytest.mark.parametrize('how', CUT)
+def test_a_file_without_a_whole_message_is_refused_with_what_is_wrong(tmp_path, made, how):
+    spoil, says = CUT[how]
+    path = write(tmp_path / 'other.mcap', arm_messages(made) if spoil else [])
+    if spoil:
+        path.write_bytes(spoil(path.read_bytes()))
+    with pytest.raises(InputError, match=says) as caught:
+        load_run(path, arm='ur5e')
+    assert '\n' not in str(caught.value)
+    with pytest.raises(InputError, match='no message to send'):
+        load_playback(path)
 
 
 def test_a_file_that_holds_a_header_alone_is_refused_in_one_line(tmp_path, made):

@@ -192,3 +192,15 @@ def test_silence_on_clean_runs(looped, experiment, arm, more):
     result = validate(looped(experiment, arm, 3.0, **more))
     assert result.causes == ()
     assert result.verdict == 'pass', [c.sentence for c in result.checks if c.verdict == 'fail']
+
+
+def test_a_cause_from_exact_states_beside_noisy_ones_says_so(looped):
+    run = looped(sim=noisy(1, **{'payload.mass': 1.0, 'payload.com': [0.01, 0.0, 0.05]}))
+    assert run.truth is not None
+    [cause] = validate(run).causes
+    assert cause['states'] == 'exact' and 'from the exact states' in cause['sentence']
+    # without them the cause is found from what a real robot would have recorded
+    for cause in validate(replace(run, truth=None)).causes:
+        assert 'states' not in cause and 'exact' not in cause['sentence']
+    quiet = looped(sim={'payload.mass': 1.0})
+    assert all('exact' not in cause['sentence'] for cause in validate(quiet).causes)

@@ -25,6 +25,10 @@ from ur5_ros.analysis.data.target_wrench import target_wrenches
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
 
+#: What a run says whose states carry noise.
+EXACT_STATES = ('the measured states carry noise; checks and causes are of the exact ones recorded '
+                'beside them, ur5 identify uses the measured ones')
+
 
 def load_run(
     folder: Path | str, arm: str | None = None, control_arm: str | None = None,
@@ -109,6 +113,8 @@ def load_run(
         target_wrenches=tuple(wrench for each in bags if each.node == 'control'
                               for wrench in target_wrenches(each, found.states)),
         **answers_of(bags, bag, found, counts), **contact_of(bags, stamp, sim))
+    if run.truth is not None and replace(run, truth=None).noisy:
+        run = replace(run, remarks=(*run.remarks, EXACT_STATES))
     run = with_effort_meaning(run, effort)
     return replace(run, reference=given_reference(run, reference)) if reference else run
 

@@ -139,7 +139,8 @@ class _Search:
             if type_name == expected:
                 found.append(topic)
             elif not type_name and expected in KINDS and (
-                    topic.endswith(ROLE_ENDINGS[role]) or topic in self._chosen.values()) and (
+                    topic.endswith(ROLE_ENDINGS[role]) or topic in self._chosen.values()
+                    or expected == _JOINT_STATE and role == 'joint_states') and (
                     declare_by_content(self._bag, topic, expected)):
                 self._remarks.append(f'{topic}: the file does not state its type; its messages '
                                      f'are read as {expected}')
@@ -200,15 +201,25 @@ class _Search:
             listed = ', '.join(f'{topic} ({type_name or "no type"})'
                                for topic, type_name in sorted(bag.topics.items())[:8])
             return (f'{bag.path}: no joint states in it: no topic is {_JOINT_STATE}; there are: '
-                    f'{listed or "no topics"}')
+                    f'{listed or "no topics"}{self._damage()}')
         for topic in topics:
             if any(prefixes_of(form.names) for form in self.forms(topic, _JOINT_STATE)):
                 return f'{bag.path}: the joint states on {topic} have no position; it is needed'
         topic = topics[0]
         names = [form.names for form in self.forms(topic, _JOINT_STATE) if form.names]
-        shown = ', '.join(names[0][:7]) if names else '-'
+        if not names:
+            count = len(bag.columns(topic).log_time)
+            what = (f'none of the {count} messages on {topic} is a {_JOINT_STATE} with names'
+                    if count else f'no message on {topic}')
+            return f'{bag.path}: {what}{self._damage()}'
+        shown = ', '.join(names[0][:7])
         return (f'{bag.path}: {topic} names the joints {shown}; '
                 f'needed are {", ".join(JOINT_NAMES)}, with a common prefix or none')
+
+    def _damage(self) -> str:
+        """Return in brackets what is wrong with the bag, empty where nothing is."""
+        problems = self._bag.problems
+        return f' ({problems[0]})' if problems else ''
 
     def _prefix(self, topic: str) -> str:
         """Return the prefix of the joint names on a topic."""

@@ -50,6 +50,9 @@ SMALL_EXACT, SMALL_MEASURED = 1e-6, 0.02
 #: How far a real robot's gravity may be from none, the arm's own, or twice that, as a share.
 POSSIBLE = 0.02
 
+#: What a cause says that is not found from what a real robot would have recorded.
+EXACT = 'from the exact states, which are recorded beside the measured ones'
+
 #: Positions within this are one pose [rad], and what its only cause may leave of the torque.
 ONE_POSE, LEFT_AT_REST = 1e-3, 0.05
 
@@ -58,15 +61,26 @@ STRIBECK = 'Stribeck friction'
 
 def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     """
+    Return what in the plant the law's arm does not have; see :func:`_causes`.
+
+    Where exact states are recorded beside noisy ones the causes are of those, and say so.
+
+    """
+    found = _causes(run, arm)
+    if run.truth is not None and replace(run, truth=None).noisy:
+        found = [{**cause, 'states': 'exact', 'sentence': f'{cause["sentence"]}; {EXACT}'}
+                 for cause in found]
+    return found
+
+
+def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
+    """
     Return what in the plant the law's arm does not have, most important first.
 
     Each has ``kind``, ``sentence``, ``share`` of the squared residual that is explained, and
     sizes with errors.  Another known arm is named before several fitted causes.
 
     """
-    measured = replace(run, truth=None)
-    if measured.noisy:  # what a real robot would have recorded
-        run = measured
     samples = sample_blocks(run, arm)
     if samples is None or not np.abs(samples.unexplained_torque).max() > 0.0:
         return []

@@ -80,7 +80,9 @@ _WAYS_OUT = {
 
 
 def ros2_type(name: str, encoding: str) -> str:
-    """Return a type in the form ``package/msg/Name``; other writers leave ``msg`` out."""
+    """Return a type as ``package/msg/Name``; others leave ``msg`` out, or write C++ or DDS."""
+    if '::' in name:
+        name = '/'.join(part for part in name.split('::') if part != 'dds_').rstrip('_')
     package, _, short = name.partition('/')
     return f'{package}/msg/{short}' if encoding == 'cdr' and short and '/' not in short else name
 
@@ -120,11 +122,12 @@ class FileDefinitions:
         self._topics, self._stale = {}, False
         for number, channel in self.channels.items():
             schema = self.schemas.get(channel.schema_id)
+            form = schema.encoding if schema else ''
+            encoding = channel.message_encoding.lower() or (
+                'cdr' if form in ('', 'ros2msg', 'ros2idl') else '')
             self._topics[number] = TopicInfo(
-                channel.topic,
-                ros2_type(schema.name, channel.message_encoding) if schema else '',
-                channel.message_encoding,
-                schema.encoding if schema else '', schema.data if schema else b'',
+                channel.topic, ros2_type(schema.name, encoding) if schema else '', encoding,
+                form, schema.data if schema else b'',
                 channel.metadata.get('offered_qos_profiles', ''),
                 channel.metadata.get('topic_type_hash', ''))
         return self._topics
