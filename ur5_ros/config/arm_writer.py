@@ -7,7 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from ur5_ros.errors import InputError
+from ur5_ros.model.friction import JointFriction
 from ur5_ros.model.parameters import ArmParameters
+
+#: Parts of friction that an arm need not have.
+_MORE_FRICTION = ('static', 'load_factor', 'viscous_quadratic', 'viscous_cubic', 'asymmetry')
 
 _LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 
@@ -38,16 +42,25 @@ def arm_file_text(arm: ArmParameters, description: str, links: str, rest: str) -
               '  position:', *(f'    - {each}' for each in position),
               f'  velocity: {numbers(arm.limits.velocity)}',
               f'  effort: {numbers(arm.limits.effort)}']
-    for name in ('viscous', 'coulomb') if not arm.friction.none else ():
-        lines += ['friction:'] if name == 'viscous' else []
-        lines += [f'  {name}:', f'    source: {quoted}',
-                  f'    value: {numbers(getattr(arm.friction, name))}']
+    lines += _friction(arm.friction, quoted)
     motors = {name: value for name in ('torque_constant', 'unexplained_torque')
               if (value := getattr(arm, name)) is not None}
     lines += ['motors:'] if motors else []
     for name, value in motors.items():
         lines += [f'  {name}:', f'    source: {quoted}', f'    value: {numbers(value)}']
     return '\n'.join(lines) + '\n'
+
+
+def _friction(friction: JointFriction, source: str) -> list[str]:
+    """Return the section of friction: viscous and Coulomb, and the parts that are there."""
+    if friction.none:
+        return []
+    parts = ['viscous', 'coulomb', *(name for name in _MORE_FRICTION
+                                     if np.any(getattr(friction, name)))]
+    if 'static' in parts:
+        parts.append('stribeck_velocity')
+    return ['friction:', *(line for name in parts for line in (
+        f'  {name}:', f'    source: {source}', f'    value: {numbers(getattr(friction, name))}'))]
 
 
 def numbers(values: Iterable[float]) -> str:

@@ -5,15 +5,19 @@ import pytest
 import yaml
 
 from ur5_ros.analysis.identification.base_parameters import base_of, inertial_columns
-from ur5_ros.analysis.identification.clearance import clearance_of
-from ur5_ros.analysis.identification.excitation import excite, predicted_errors, scaled_columns
-from ur5_ros.analysis.identification.excitation_files import (
+from ur5_ros.analysis.identification.exciting.clearance import clearance_of
+from ur5_ros.analysis.identification.exciting.excitation import (
+    excite,
+    predicted_errors,
+    scaled_columns,
+)
+from ur5_ros.analysis.identification.exciting.files import (
     experiment_yaml,
     trajectory_yaml,
     write_excitation,
 )
+from ur5_ros.analysis.identification.exciting.trial import trial_errors
 from ur5_ros.analysis.identification.identify import identify
-from ur5_ros.analysis.identification.trial import trial_errors
 from ur5_ros.config import load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.control.experiment import experiment_trajectory

@@ -26,8 +26,8 @@ from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
 
 #: What a run says whose states carry noise.
-EXACT_STATES = ('the measured states carry noise; checks and causes are of the exact ones recorded '
-                'beside them, ur5 identify uses the measured ones')
+EXACT_STATES = ('the measured states carry noise; checks and causes are of the exact ones '
+                'recorded beside them, ur5 identify uses the measured ones')
 
 
 def load_run(

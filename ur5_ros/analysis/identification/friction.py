@@ -9,11 +9,20 @@ import numpy as np
 STRIBECK_SPEEDS = (0.02, 0.05, 0.1, 0.2)
 
 #: Features of friction by their place, each a torque or current per unit of its parameter.
-FEATURES = ('viscous', 'Coulomb', 'asymmetric', 'viscous cubic', 'load-dependent',
-            *(f'Stribeck {speed:g} rad/s' for speed in STRIBECK_SPEEDS))
+FEATURES = ('viscous', 'Coulomb', 'asymmetric', 'asymmetric viscous', 'viscous cubic',
+            'load-dependent',
+            *(f'Stribeck {speed:g} rad/s' for speed in STRIBECK_SPEEDS),
+            'viscous by temperature', 'Coulomb by temperature')
 
 #: What every family with friction has: the first two features.
 LINEAR = 2
+
+#: The place of the first feature of temperature.
+TEMPERATURE = FEATURES.index('viscous by temperature')
+
+#: Features that friction never takes away from itself, and the place of the first Stribeck speed.
+STRIBECK = 6
+POSITIVE = (STRIBECK - 1, *range(STRIBECK, STRIBECK + len(STRIBECK_SPEEDS)))
 
 #: Parts into which a recording is cut, each predicted from the others, and by how much the error
 #: must shrink, squared, for friction at all and for each further parameter.
@@ -41,16 +50,20 @@ class Family(NamedTuple):
         return ', '.join(['viscous and Coulomb', *more])
 
 
-def friction_features(speed: np.ndarray, direction: np.ndarray, load: np.ndarray) -> np.ndarray:
+def friction_features(speed: np.ndarray, direction: np.ndarray, load: np.ndarray,
+                      warmer: np.ndarray | None = None) -> np.ndarray:
     """
-    Return the features of friction, shape (n, 6, 9).
+    Return the features of friction, shape (n, 6, 12).
 
     ``speed``, ``direction``, ``load`` (n, 6): speed [rad/s], direction of dry friction (-1 to 1),
-    torque that the joint carries at rest [N m].
+    torque that the joint carries at rest [N m]; ``warmer`` (n, 6): temperature above that of the
+    arm's numbers [K].
     """
+    warmer = np.zeros_like(speed) if warmer is None else warmer
     return np.stack([
-        speed, direction, np.ones_like(speed), speed**3, direction * np.abs(load),
-        *(direction * np.exp(-(speed / each)**2) for each in STRIBECK_SPEEDS)], axis=-1)
+        speed, direction, np.ones_like(speed), np.abs(speed), speed**3, direction * np.abs(load),
+        *(direction * np.exp(-(speed / each)**2) for each in STRIBECK_SPEEDS),
+        speed * warmer, direction * warmer], axis=-1)
 
 
 def choose_family(features: np.ndarray, others: np.ndarray, y: np.ndarray,
@@ -59,9 +72,9 @@ def choose_family(features: np.ndarray, others: np.ndarray, y: np.ndarray,
     Return the family that predicts parts of a recording left out of its fit best.
 
     Parameters are added one by one, as long as the error left out shrinks by :data:`GAIN`; at most
-    one Stribeck speed.
+    one Stribeck speed, and no part that would drive the joint on.
 
-    ``features`` (n, 9): of one joint; ``others`` (n, p): columns that every family has beside
+    ``features`` (n, 12): of one joint; ``others`` (n, p): columns that every family has beside
     friction; p may be zero; ``y`` (n,): what is to be explained; ``fold`` (n,): part that each row
     belongs to, from :func:`folds_of`.
     """
@@ -72,13 +85,24 @@ def choose_family(features: np.ndarray, others: np.ndarray, y: np.ndarray,
     def error(chosen: Sequence[int]) -> float:
         return _held_out(grams, (*fixed, *(others.shape[1] + i for i in chosen)))
 
+    whole = np.sum([gram[0] for gram in grams], axis=0)
+    along = np.sum([gram[1] for gram in grams], axis=0)
+
+    def resists(chosen: Sequence[int]) -> bool:
+        pick = np.array([*fixed, *(others.shape[1] + i for i in chosen)])
+        value = np.linalg.lstsq(whole[np.ix_(pick, pick)], along[pick], rcond=1e-12)[0]
+        sign = np.sign(value[0]) if fixed else 1.0  # of the drive, where there is one
+        return all(sign * value[len(fixed) + place] > 0.0
+                   for place, i in enumerate(chosen) if i in POSITIVE)
+
     none, linear = error(()), error(range(LINEAR))
     if linear > (1.0 - FIRST_GAIN) * none:
         return Family((), *np.sqrt([none, linear, none]))
     chosen: tuple[int, ...] = tuple(range(LINEAR))
     best = linear
     while True:
-        trials = {i: error((*chosen, i)) for i in _further(chosen)}
+        trials = {i: error((*chosen, i)) for i in _further(chosen)
+                  if np.any(features[:, i]) and resists((*chosen, i))}
         i = min(trials, key=trials.__getitem__, default=-1)
         if i < 0 or trials[i] > (1.0 - GAIN) * best:
             return Family(tuple(sorted(chosen)), *np.sqrt([best, linear, none]))
@@ -91,10 +115,10 @@ def folds_of(block: np.ndarray) -> np.ndarray:
 
 
 def _further(chosen: Sequence[int]) -> list[int]:
-    first = FEATURES.index(f'Stribeck {STRIBECK_SPEEDS[0]:g} rad/s')
-    stribeck = any(i >= first for i in chosen)
+    speeds = range(STRIBECK, STRIBECK + len(STRIBECK_SPEEDS))
+    taken = any(i in speeds for i in chosen)
     return [i for i in range(LINEAR, len(FEATURES))
-            if i not in chosen and not (stribeck and i >= first)]
+            if i not in chosen and not (taken and i in speeds)]
 
 
 def _gram(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, int]:

@@ -7,31 +7,32 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.external_torque import unexplained_torque
 from ur5_ros.analysis.identification.base_parameters import (
     BaseParameters,
     all_parameters,
     base_of,
     typical_sizes,
 )
+from ur5_ros.analysis.identification.drives import drives_alone
 from ur5_ros.analysis.identification.friction import (
     FEATURES,
     LINEAR,
+    TEMPERATURE,
     Family,
     choose_family,
     folds_of,
-    friction_features,
 )
 from ur5_ros.analysis.identification.inertia import physical, with_parameters
+from ur5_ros.analysis.identification.joint_friction import joint_friction_of
 from ur5_ros.analysis.identification.least_squares import Estimate, blocks_of, least_squares
-from ur5_ros.analysis.identification.motors import Motors, motors_from
+from ur5_ros.analysis.identification.motors import Motors, motors_from, with_motors
 from ur5_ros.analysis.identification.payload import PayloadEstimate, payload_from
 from ur5_ros.analysis.identification.result import Identified, Prediction
-from ur5_ros.analysis.identification.rows import Rows, of_three, rows_of
+from ur5_ros.analysis.identification.rows import Rows, last_fifth, of_three, rows_of
+from ur5_ros.analysis.identification.samples import has_currents_alone
 from ur5_ros.analysis.identification.simulation_gate import simulate
 from ur5_ros.analysis.validate import no_arm
 from ur5_ros.errors import InputError
-from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.model.friction import JointFriction
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
@@ -40,6 +41,9 @@ __all__ = ['Identified', 'base_of', 'identify', 'identify_payload']
 
 #: Share of the base parameters that a motion must determine.
 LEAST = 0.5
+
+#: Times that fit and families of friction are found in turn, and a residual that is rounding.
+FAMILY_PASSES, ROUNDING = 3, 1e-8
 
 #: Viscous and Coulomb friction, of which a fit begins.
 _BOTH = tuple(range(LINEAR))
@@ -109,10 +113,13 @@ def identify(
     if not runs:
         raise InputError('no run given; give one or more')
     arm = arm_of(runs[0]) if arm is None else arm
+    every = [*runs, *([test] if test is not None else [])]
+    if any(map(has_currents_alone, every)):
+        return drives_alone(runs, arm, test, name, payload)
     rows, base = rows_of(runs, arm), base_of(arm)
     found = _solve(rows, base, arm)
     if test is None:
-        kept, tried = _cut(rows)
+        kept, tried = last_fifth(rows)
         tested, tried_name = _solve(kept, base, arm), f'the last fifth of {runs[0].name}'
     else:
         tested, tried, tried_name = found, rows_of([test], arm), test.name
@@ -122,7 +129,7 @@ def identify(
         raise InputError('the identified arm does not move as an arm in simulation; give another '
                          '--arm to begin with')
     motors = motors_from(rows.effort, rows.current, found.features, rows.sliding, found.block,
-                         (tried.effort, tried.current, _features(tried, arm)), tried_name)
+                         (tried.effort, tried.current, tried.friction), tried_name)
     estimate, count = found.best.estimate, len(base.columns)
     keep = found.determined
     error = estimate.error[:count][keep]
@@ -130,8 +137,8 @@ def identify(
     named = np.array(base.names)
     viscous, viscous_error, coulomb, coulomb_error = _by_joint(found.linear)
     return Identified(
-        arm=_with_motors(replace(bodies, friction=_arm_friction(found, motors)), motors,
-                         runs[0] if test is None else test),
+        arm=with_motors(replace(bodies, friction=_arm_friction(found, rows, motors)), motors,
+                        runs[0] if test is None else test),
         base=dict(zip(named[keep].tolist(), zip(estimate.value[:count][keep].tolist(),
                                                 error.tolist(), strict=True), strict=True)),
         not_excited=tuple(named[~keep].tolist()),
@@ -140,8 +147,8 @@ def identify(
         coulomb_error=coulomb_error, family=found.families, terms=_terms(found.best),
         condition=estimate.condition,
         moved=float(np.max(away / np.maximum(error, 1e-9), initial=0.0)),
-        train=_predict(rows, base, found, arm, ', '.join(run.name for run in runs)),
-        test=_predict(tried, base, tested, arm, tried_name), motors=motors,
+        train=_predict(rows, base, found, ', '.join(run.name for run in runs)),
+        test=_predict(tried, base, tested, tried_name), motors=motors,
         payload=_payload(payload, arm, found, motors), simulated=worst)
 
 
@@ -152,15 +159,18 @@ def identify_payload(run: Run, arm: ArmParameters | None = None) -> PayloadEstim
     ``arm``: the arm without the load; by default the one that the run names.
     """
     arm = arm_of(run) if arm is None else arm
+    if has_currents_alone(run):
+        raise InputError(f'{run.name}: motor currents alone are recorded; give a run without the '
+                         'load beside it: ur5 identify UNLOADED --payload LOADED')
     rows = rows_of([run], arm)
-    return payload_from(rows, rows.inertial @ all_parameters(arm), _features(rows, arm), None,
+    return payload_from(rows, rows.inertial @ all_parameters(arm), rows.friction, None,
                         run.name)
 
 
 def fit_base(runs: Sequence[Run], arm: ArmParameters) -> Estimate:
     """Return base parameters, then viscous and Coulomb friction, before any physical arm."""
     rows = rows_of(runs, arm)
-    return _fit(rows, base_of(arm), _features(rows, arm), [_BOTH] * 6,
+    return _fit(rows, base_of(arm), rows.friction, [_BOTH] * 6,
                 blocks_of(rows.time, rows.run)).estimate
 
 
@@ -174,30 +184,21 @@ def arm_of(run: Run) -> ArmParameters:
 
 def _solve(rows: Rows, base: BaseParameters, arm: ArmParameters) -> _Solution:
     """Return fits, families of friction and the physical parameters of windows."""
-    block, features = blocks_of(rows.time, rows.run), _features(rows, arm)
+    block, features = blocks_of(rows.time, rows.run), rows.friction
     linear = _fit(rows, base, features, [_BOTH] * 6, block)
     determined = _determined(linear.estimate, base, arm)
-    families = _families(rows, base, features, linear, block)
-    best = linear
-    if any(family.features != _BOTH for family in families):
+    best, families = linear, [Family(_BOTH, 0.0, 0.0, 0.0)] * 6
+    for _ in range(FAMILY_PASSES):
+        chosen = families
+        families = _families(rows, base, features, best, block)
+        if [family.features for family in families] == [family.features for family in chosen]:
+            break
         best = _fit(rows, base, features, [family.features for family in families], block)
     keep = np.flatnonzero(determined)
     x = physical(base.combination[keep], best.estimate.value[keep],
                  _information(best.estimate.factor, keep), all_parameters(arm),
                  typical_sizes(arm))
     return _Solution(linear, best, tuple(families), determined, x, block, features)
-
-
-def _cut(rows: Rows) -> tuple[Rows, Rows]:
-    """Return the rows without the last fifth of the first run, and that fifth."""
-    first = np.flatnonzero(rows.run == 0)
-    out = np.zeros(len(rows.run), dtype=bool)
-    out[first[len(first) * 4 // 5:]] = True
-    return rows.take(~out), rows.take(out)
-
-
-def _features(rows: Rows, arm: ArmParameters) -> np.ndarray:
-    return friction_features(rows.speed, rows.direction, gravity_torque(rows.q, arm))
 
 
 def _fit(rows: Rows, base: BaseParameters, features: np.ndarray, chosen: Sequence[Sequence[int]],
@@ -233,13 +234,14 @@ def _determined(estimate: Estimate, base: BaseParameters, arm: ArmParameters) ->
     return determined
 
 
-def _families(rows: Rows, base: BaseParameters, features: np.ndarray, linear: _Fit,
+def _families(rows: Rows, base: BaseParameters, features: np.ndarray, fit: _Fit,
               block: np.ndarray) -> list[Family]:
     """Return the family of friction of each joint, from what the rigid arm leaves."""
-    if rows.exact:
-        return [Family(_BOTH, 0.0, 0.0, 0.0)] * 6
     count = len(base.columns)
-    left = rows.effort - rows.inertial[..., base.columns] @ linear.estimate.value[:count]
+    left = rows.effort - rows.inertial[..., base.columns] @ fit.estimate.value[:count]
+    wrong = left - _friction_torque(features, fit)
+    if np.abs(wrong[rows.sliding]).max(initial=0.0) < ROUNDING * np.abs(rows.effort).max():
+        return [Family(_BOTH, 0.0, 0.0, 0.0)] * 6
     families = []
     for i in range(6):
         use = rows.sliding[:, i]
@@ -265,25 +267,24 @@ def _by_joint(linear: _Fit) -> list[np.ndarray]:
     return [value[:6], error[:6], value[6:], error[6:]]
 
 
-def _arm_friction(found: _Solution, motors: Motors | None) -> JointFriction:
-    """Return viscous and Coulomb friction: of the torque, of the motors where it has none."""
-    viscous, _, coulomb, _ = _by_joint(found.linear)
-    has = np.array([bool(family.features) for family in found.families])
-    if motors is not None:
-        viscous, coulomb = (np.where(has, own, of_motors) for own, of_motors in (
-            (viscous, motors.viscous), (coulomb, motors.coulomb)))
-    else:
-        viscous, coulomb = np.where(has, viscous, 0.0), np.where(has, coulomb, 0.0)
-    return JointFriction(*(np.maximum(np.nan_to_num(each), 0.0) for each in (viscous, coulomb)))
+def _arm_friction(found: _Solution, rows: Rows, motors: Motors | None) -> JointFriction:
+    """Return the friction of each joint: of the torque, of the motors where that has none."""
+    own = [family if family.features else None for family in found.families]
+    torque = rows.effort - rows.inertial @ found.x - _by_temperature(rows, found.best)
+    if motors is None:
+        return joint_friction_of(own, rows.friction, torque, rows.sliding)
+    of_motors = motors.friction_torque(rows.effort, rows.current, rows.friction)
+    families = [each or family for each, family in zip(own, motors.family, strict=True)]
+    has = np.array([each is not None for each in own])
+    return joint_friction_of(families, rows.friction, np.where(has, torque, of_motors),
+                             rows.sliding)
 
 
-def _with_motors(arm: ArmParameters, motors: Motors | None, run: Run) -> ArmParameters:
-    """Return the arm with torque constants and what it leaves unexplained on a robot's run."""
-    if run.sim is not None:  # every step of a simulator can be explained
-        return arm
-    if motors is not None and np.isfinite(motors.drive).all() and (motors.drive > 0.0).all():
-        arm = replace(arm, torque_constant=motors.drive)
-    return replace(arm, unexplained_torque=unexplained_torque(run, arm))
+def _by_temperature(rows: Rows, fit: _Fit) -> np.ndarray:
+    """Return the torque of friction that a joint has for being warmer than usual, (n, 6)."""
+    part = np.zeros_like(rows.friction)
+    part[..., TEMPERATURE:] = rows.friction[..., TEMPERATURE:]
+    return _friction_torque(part, fit)
 
 
 def _terms(fit: _Fit) -> tuple[dict[str, tuple[float, float]], ...]:
@@ -304,11 +305,10 @@ def _friction_torque(features: np.ndarray, fit: _Fit) -> np.ndarray:
     return torque
 
 
-def _predict(rows: Rows, base: BaseParameters, found: _Solution, arm: ArmParameters,
-             run: str) -> Prediction:
+def _predict(rows: Rows, base: BaseParameters, found: _Solution, run: str) -> Prediction:
     """Return how well the arm and the fit predict the torque of windows, three at a time."""
     fit = found.best
-    friction = _friction_torque(_features(rows, arm), fit)
+    friction = _friction_torque(rows.friction, fit)
     with_friction = np.isin(np.arange(6), [joint for joint, _ in fit.friction])
     value = fit.estimate.value[:len(base.columns)]
     predicted, fitted = rows.inertial @ found.x, rows.inertial[..., base.columns] @ value
@@ -335,7 +335,7 @@ def _payload(run: Run | None, arm: ArmParameters, found: _Solution, motors: Moto
     if run is None:
         return None
     rows = rows_of([run], arm)
-    features = _features(rows, arm)
+    features = rows.friction
     expected = rows.inertial @ found.x + _friction_torque(features, found.best)
     if np.isnan(rows.current).all():
         motors = None

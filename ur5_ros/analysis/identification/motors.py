@@ -1,16 +1,21 @@
 """Motor currents: how a current becomes joint torque, and what friction takes of it."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.external_torque import unexplained_torque
 from ur5_ros.analysis.identification.friction import (
     FEATURES,
     LINEAR,
+    TEMPERATURE,
     Family,
     choose_family,
     folds_of,
 )
+from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 
 #: Fewest windows that a joint's motor is fitted to.
@@ -34,7 +39,7 @@ class Motors(NamedTuple):
     terms: tuple[dict[str, tuple[float, float]], ...]
     """Its parameters in N m a unit, each with its standard error."""
     model: tuple[np.ndarray | None, ...]
-    """Current [A] a unit of torque and of each feature, shape (10,)."""
+    """Current [A] a unit of torque and of each feature, shape (13,)."""
     test_run: str
     without: np.ndarray
     """RMS of drive x current - torque on the test run [N m]; the drive fitted alone."""
@@ -56,6 +61,26 @@ class Motors(NamedTuple):
                       for term, (value, error) in terms.items()},
         } for i, (name, family, terms) in enumerate(
             zip(JOINT_NAMES, self.family, self.terms, strict=True))}}
+
+    def friction_torque(self, effort: np.ndarray, current: np.ndarray,
+                        features: np.ndarray) -> np.ndarray:
+        """
+        Return what friction took of each window, shape (n, 6); NaN where it is not known.
+
+        Parameters
+        ----------
+        effort, current : numpy.ndarray, shape (n, 6)
+            Torque without friction [N m] and current [A].
+        features : numpy.ndarray, shape (n, 6, 12)
+            Of friction; that of the temperature is left out of the torque.
+
+        """
+        torque = np.full_like(effort, np.nan)
+        for i, model in enumerate(self.model):
+            if model is not None:
+                warm = features[:, i, TEMPERATURE:] @ model[1 + TEMPERATURE:]
+                torque[:, i] = (current[:, i] - warm) / model[0] - effort[:, i]
+        return torque
 
     def sentences(self) -> list[str]:
         """Return the outcome in words."""
@@ -90,7 +115,7 @@ def motors_from(
     Fit current = (torque + friction) / drive, joint by joint.
 
     ``effort``, ``current`` (n, 6): torque without friction [N m] and current [A] of the windows;
-    ``features`` (n, 6, 9): of friction; ``sliding`` (n, 6): where friction has a direction;
+    ``features`` (n, 6, 12): of friction; ``sliding`` (n, 6): where friction has a direction;
     ``block`` (n,): blocks of neighbours.  Returned: None where no currents are recorded.
     """
     if np.isnan(current).all() or np.isnan(test[1]).all():
@@ -102,6 +127,15 @@ def motors_from(
     return Motors(**numbers, family=tuple(joint.family for joint in joints),
                   terms=tuple(joint.terms for joint in joints),
                   model=tuple(joint.model for joint in joints), test_run=test_run)
+
+
+def with_motors(arm: ArmParameters, motors: Motors | None, run: Run) -> ArmParameters:
+    """Return the arm with torque constants and what it leaves unexplained on a robot's run."""
+    if run.sim is not None:  # every step of a simulator can be explained
+        return arm
+    if motors is not None and np.isfinite(motors.drive).all() and (motors.drive > 0.0).all():
+        arm = replace(arm, torque_constant=motors.drive)
+    return replace(arm, unexplained_torque=unexplained_torque(run, arm))
 
 
 class _JointMotor(NamedTuple):

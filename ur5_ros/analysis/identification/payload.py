@@ -60,7 +60,7 @@ def payload_from(
     Return the load that explains what the arm alone does not.
 
     ``expected`` (n, 6): torque of the arm without it, friction included where the torque has it [N
-    m]; ``features`` (n, 6, 9): features of friction; ``motors``: drives and friction of the arm
+    m]; ``features`` (n, 6, 12): features of friction; ``motors``: drives and friction of the arm
     without the load; the current is then used.
     """
     load = rows.inertial[:, :, 50:60]

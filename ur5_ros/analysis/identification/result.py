@@ -116,6 +116,11 @@ class Identified(NamedTuple):
 
     def sentences(self) -> list[str]:
         """Return the outcome in words."""
+        if not self.base:
+            return ['motor currents alone are recorded: bodies and rotors are those of the arm '
+                    'that the fit began with, and none of them was identified',
+                    *(self.motors.sentences() if self.motors else []), *self._of_drives(),
+                    *([self.payload.sentence()] if self.payload else []), self._gate()]
         words = [f'{len(self.base)} base parameters from the measured states, condition number '
                  f'{self.condition:.3g}']
         if self.not_excited:
@@ -134,11 +139,21 @@ class Identified(NamedTuple):
                          f'standard errors away, and predicts {self.test.run} within '
                          f'{_list(self.test.error_rms)} N m where the fit has '
                          f'{_list(self.test.fit_rms)} N m')
-        words += self.motors.sentences() if self.motors else []
+        words += [*self.motors.sentences(), *self._of_drives()] if self.motors else []
         words += [self.payload.sentence()] if self.payload else []
-        words.append(f'the arm follows a motion of 10 s under its own computed torque within '
-                     f'{self.simulated:.1g} rad')
-        return words
+        return [*words, self._gate()]
+
+    def _gate(self) -> str:
+        return (f'the arm follows a motion of 10 s under its own computed torque within '
+                f'{self.simulated:.1g} rad')
+
+    def _of_drives(self) -> list[str]:
+        """Return which joints' drives have another friction than viscous and Coulomb."""
+        families = self.motors.family if self.motors else ()
+        return [f'{name}: friction {family.name}: {family.held_out:.3g} A RMS on motion left out, '
+                f'{family.held_out_linear:.3g} with viscous and Coulomb alone'
+                for name, family in zip(JOINT_NAMES, families, strict=False)
+                if family is not None and len(family.features) > 2]
 
     def _families(self) -> list[str]:
         """Return which joints have another friction than viscous and Coulomb."""

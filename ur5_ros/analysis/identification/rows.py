@@ -7,8 +7,10 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.base_parameters import inertial_columns
-from ur5_ros.analysis.identification.samples import Samples, samples_of
+from ur5_ros.analysis.identification.friction import friction_features
+from ur5_ros.analysis.identification.samples import Samples, mean_temperature, samples_of
 from ur5_ros.errors import InputError
+from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.model.parameters import ArmParameters
 
 #: Length of a window [s]; its Hann weights pass half the amplitude at 1/WINDOW Hz.
@@ -35,6 +37,8 @@ class Rows(NamedTuple):
     """Mean speed at which friction acts [rad/s], shape (n, 6)."""
     direction: np.ndarray
     """Mean direction of dry friction, -1 to 1, shape (n, 6)."""
+    friction: np.ndarray
+    """Features of friction, shape (n, 6, 12)."""
     effort: np.ndarray
     """Torque [N m], shape (n, 6)."""
     current: np.ndarray
@@ -66,8 +70,9 @@ def rows_of(runs: Sequence[Run], arm: ArmParameters) -> Rows:
     noise of the accelerations above 1/:data:`WINDOW` Hz.
     """
     parts: list[Rows] = []
+    temperature = mean_temperature(runs)
     for number, run in enumerate(runs):
-        found = [_rows(part, run, number, arm) for part in samples_of(run, arm)]
+        found = [_rows(part, run, number, arm) for part in samples_of(run, arm, temperature)]
         long_enough = [rows for rows in found if rows is not None]
         if not long_enough:
             raise InputError(f'{run.name}: too few states with a torque follow each other; '
@@ -89,13 +94,24 @@ def _rows(part: Samples, run: Run, number: int, arm: ArmParameters) -> Rows | No
         for rows in _chunks(len(part.q), length, step)])
     mean = {name: windows(getattr(part, name), window, step)
             for name in ('q', 'speed', 'direction', 'effort')}
+    friction = windows(friction_features(
+        part.speed, part.direction, gravity_torque(part.q, arm), part.warmer), window, step)
     share = windows(part.slow.astype(float), window, step)
     current = (np.full_like(mean['q'], np.nan) if part.current is None
                else windows(part.current, window, step))
     time = windows(part.time[:, None], window, step)[:, 0]
     return Rows(
-        inertial=inertial, current=current, sliding=share <= (0.0 if part.exact else SLOW_SHARE),
+        inertial=inertial, friction=friction, current=current,
+        sliding=share <= (0.0 if part.exact else SLOW_SHARE),
         time=time, run=np.full(len(time), number), exact=part.exact, **mean)
+
+
+def last_fifth(rows: Rows) -> tuple[Rows, Rows]:
+    """Return the rows without the last fifth of the first run, and that fifth."""
+    first = np.flatnonzero(rows.run == 0)
+    out = np.zeros(len(rows.run), dtype=bool)
+    out[first[len(first) * 4 // 5:]] = True
+    return rows.take(~out), rows.take(out)
 
 
 def of_three(rows: Rows, values: np.ndarray) -> np.ndarray:

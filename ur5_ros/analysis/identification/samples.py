@@ -1,11 +1,13 @@
 """What a run holds for identification: motion and torque, period by period, as measured."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.errors import InputError
+from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 
 #: Speed under which the direction of dry friction is not determined [rad/s]: of measured states,
@@ -17,6 +19,10 @@ DIRECTION_TIME = 0.02
 
 #: Steps of recorded time that belong together, in periods.
 SHORTEST, LONGEST = 0.05, 2.5
+
+
+#: Temperatures that vary by less explain nothing [K].
+LEAST_WARMING = 1.0
 
 
 class Samples(NamedTuple):
@@ -38,23 +44,31 @@ class Samples(NamedTuple):
     """Torque that acted [N m]."""
     current: np.ndarray | None
     """Motor current [A]."""
+    warmer: np.ndarray | None
+    """Temperature above the mean one of the recordings [K]."""
     exact: bool
     """Whether one period is one step of the plant, without noise."""
 
 
-def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
+def mean_temperature(runs: Sequence[Run]) -> np.ndarray | None:
+    """Return the mean temperature of the joints [deg C], (6,); None where a run has none."""
+    known = [run.temperature for run in runs if run.temperature is not None]
+    return np.concatenate(known).mean(axis=0) if len(known) == len(runs) else None
+
+
+def samples_of(run: Run, arm: ArmParameters,
+               temperature: np.ndarray | None = None) -> list[Samples]:
     """
     Return the stretches of a run without a gap, as measured.
 
     States as published are used, never the exact ones beside them.  Where the bag states how the
     plant steps, each quantity is taken at the time at which the plant used it; elsewhere in the
-    middle of the period.
+    middle of the period.  Of motor currents alone the torque is that of the arm.
+    ``temperature``: the mean one of the joints [deg C], (6,).
     """
-    if np.isnan(run.states.effort).all():
-        only = ('motor currents alone are recorded; torques are needed beside them, such as the '
-                "robot's target torque" if run.current is not None else
-                'no torques are recorded; they are needed')
-        raise InputError(f'{run.name}: {only}')
+    if np.isnan(run.states.effort).all() and run.current is None:
+        raise InputError(f'{run.name}: no torques are recorded, and no motor currents; one of '
+                         'them is needed')
     noisy = run.truth is not None or run.noisy
     if run.follows_reference:
         time, motion = run.t, [*run.required_reference, run.states.effort]
@@ -63,11 +77,17 @@ def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
         q, qd, qdd, effort = motion
     else:
         time, q, qd, qdd, speed = _between_states(run)
-        effort = _acting(run, run.states.effort)
+        effort = (inverse_dynamics(q + arm.angle_offset, qd, qdd, arm) if has_currents_alone(run)
+                  else _acting(run, run.states.effort))
         current = None if run.current is None else _acting(run, run.current)
         whole = np.isfinite(np.hstack([q, qd, qdd, effort])).all(axis=1) & _follow(run)
     if _is_of_standing_reference(run):
         qd, qdd, speed = np.zeros_like(qd), np.zeros_like(qdd), np.zeros_like(speed)
+    warmer = None
+    if temperature is not None and run.temperature is not None:
+        warmer = run.temperature[:len(q)] - temperature
+        if np.ptp(warmer, axis=0).max() < LEAST_WARMING:
+            warmer = None
     exact = not noisy and run.substeps == 1
     slow = SLOW_EXACT if exact else SLOW
     parts = []
@@ -77,8 +97,14 @@ def samples_of(run: Run, arm: ArmParameters) -> list[Samples]:
         parts.append(Samples(
             time[rows], q[rows] + arm.angle_offset, qd[rows], qdd[rows], v,
             np.sign(v) if exact else np.clip(mean / slow, -1.0, 1.0), np.abs(mean) < slow,
-            effort[rows], None if current is None else current[rows], exact))
+            effort[rows], None if current is None else current[rows],
+            None if warmer is None else warmer[rows], exact))
     return parts
+
+
+def has_currents_alone(run: Run) -> bool:
+    """Return whether a run has motor currents and no torque."""
+    return run.current is not None and bool(np.isnan(run.states.effort).all())
 
 
 def moving_average(values: np.ndarray, length: int) -> np.ndarray:

@@ -12,12 +12,12 @@ from ur5_ros.analysis.checks.foreign import effort_check
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.arm_file import write_arm
-from ur5_ros.analysis.identification.excitation import Excitation
-from ur5_ros.analysis.identification.excitation import excite as find
-from ur5_ros.analysis.identification.excitation_files import refuse_existing, write_excitation
+from ur5_ros.analysis.identification.exciting.excitation import Excitation
+from ur5_ros.analysis.identification.exciting.excitation import excite as find
+from ur5_ros.analysis.identification.exciting.files import refuse_existing, write_excitation
+from ur5_ros.analysis.identification.exciting.trial import trial_errors
 from ur5_ros.analysis.identification.identify import Identified, identify_payload
 from ur5_ros.analysis.identification.identify import identify as fit
-from ur5_ros.analysis.identification.trial import trial_errors
 from ur5_ros.analysis.identification.words import unit_of, with_error
 from ur5_ros.analysis.report.palette import SHORT_NAMES
 from ur5_ros.analysis.result import FAIL

@@ -4,7 +4,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run, States
 from ur5_ros.analysis.identification.base_parameters import all_parameters, base_of
-from ur5_ros.analysis.identification.excitation import NOISE_RATE, Excitation
+from ur5_ros.analysis.identification.exciting.excitation import NOISE_RATE, Excitation
 from ur5_ros.analysis.identification.identify import fit_base
 from ur5_ros.control.profiles import joint_waves
 from ur5_ros.model.dynamics import inverse_dynamics

@@ -10,7 +10,7 @@ from ur5_ros.analysis.identification.base_parameters import (
     base_of,
     inertial_columns,
 )
-from ur5_ros.analysis.identification.clearance import clearance_of
+from ur5_ros.analysis.identification.exciting.clearance import clearance_of
 from ur5_ros.config.experiments import JointWaves, Wave
 from ur5_ros.control.profiles import window
 from ur5_ros.errors import InputError
