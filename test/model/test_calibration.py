@@ -9,6 +9,7 @@ import pytest
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.calibration import nominal_chain, transform
+from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.model.inverse_kinematics import (
     inverse_kinematics,
     inverse_kinematics_batch,
@@ -133,3 +134,32 @@ def test_a_chain_that_is_none_is_refused():
         replace(arm, calibration=np.eye(4))
     with pytest.raises(ValueError, match='angle_offset'):
         replace(load_arm('ur5_kebria2016'), calibration=nominal_chain(arm))
+
+
+def test_a_calibration_of_millimetres_changes_gravity_by_less_than_half_a_percent():
+    # the dynamics keep the DH table: this is what that leaves out, from the potential energy
+    arm = load_arm('ur5e')
+
+    def potential(q, of):
+        frames = link_transforms(q, of)
+        mass, com, _ = of.bodies
+        centre = frames[..., :3, 3] + np.einsum('...ij,...j->...i', frames[..., :3, :3], com)
+        return -np.sum(mass * (centre @ of.gravity), axis=-1)
+
+    def gravity(q, of, step=1e-6):
+        return np.stack([(potential(q + step * turn, of) - potential(q - step * turn, of))
+                         / (2.0 * step) for turn in np.eye(6)], axis=-1)
+
+    random = np.random.default_rng(4)
+    q = random.uniform(-np.pi, np.pi, (200, 6))
+    nominal = gravity_torque(q, arm)
+    np.testing.assert_allclose(gravity(q, arm), nominal, atol=1e-6)
+    for _ in range(5):
+        off = np.array([transform(random.normal(0.0, 2e-4, 3), random.normal(0.0, 5e-4, 3))
+                        for _ in range(6)])
+        own = replace(arm, calibration=nominal_chain(arm) @ off)
+        moved = np.linalg.norm(forward_kinematics(q, own)[:, :3, 3]
+                               - forward_kinematics(q, arm)[:, :3, 3], axis=1).max()
+        assert 1e-3 < moved < 5e-3
+        away = np.abs(gravity(q, own) - nominal).max()
+        assert 1e-3 < away < 0.005 * np.abs(nominal).max()

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ur5_ros.analysis.checks.model import localize_fault
 from ur5_ros.analysis.data.run import RecordedEvent
 from ur5_ros.analysis.plant_integrator import PlantModel, plant_models
 from ur5_ros.analysis.residual import residual
@@ -108,3 +109,7 @@ def test_commands_that_are_not_the_laws_are_noticed(simulated):
     told = replace(run.control, parameters={**run.control.parameters, 'kd': [11.0]})
     check = validate(replace(run, control=told)).check('law')
     assert check.verdict == 'fail' and 'another law answered' in check.sentence
+
+
+def test_a_residual_that_is_no_number_names_no_joint():
+    assert 'no joint is beyond' in localize_fault(np.zeros(6, dtype=bool))
