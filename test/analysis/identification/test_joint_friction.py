@@ -64,7 +64,7 @@ def test_no_part_drives_a_joint_on():
     features = friction_features(speed, np.sign(speed), load)
     family = Family(tuple(FEATURES.index(name) for name in (
         'viscous', 'Coulomb', 'load-dependent', 'Stribeck 0.05 rad/s')), 0.0, 0.0, 0.0)
-    torque = -2.0 * np.sign(speed) + 3.0 * speed - 0.1 * np.abs(load) * np.sign(speed)
+    torque = 8.0 * speed - (0.5 + 0.03 * np.abs(load)) * np.sign(speed)
     found = joint_friction_of([family] * 6, features, torque, np.ones((N, 6), dtype=bool))
     assert found.coulomb.max() == 0.0 and found.load_factor.max() == 0.0
     assert found.static.max() == 0.0 and np.all(found.viscous > 0.0)
