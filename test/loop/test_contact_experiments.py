@@ -23,10 +23,10 @@ CASES = times([('tap_wall', 'ur5', {}, 1000, 1.2),
               [(name, *plant, None) for name in EXPERIMENTS for plant in PLANTS])
 
 
-def verdict_of(experiment, arm, sim, physics_rate, duration=None, folder=None):
+def verdict_of(experiment, arm, sim, physics_rate, duration=None, folder=None, control=None):
     """Return the checks of a run, by name; from its bags where a folder is given."""
     run = run_closed_loop(run_config(experiment, arm, physics_rate=physics_rate, sim=sim,
-                                     duration=duration), folder)
+                                     duration=duration, control=control), folder)
     return {check.name: check for check in validate(
         as_run(run) if folder is None else load_run(folder)).checks}
 
@@ -50,6 +50,32 @@ def test_the_books_balance_through_impact_sliding_and_friction(
     assert checks['energy balance'].verdict == 'pass'
     if not sim:
         assert not [check.sentence for check in checks.values() if check.verdict == FAIL]
+
+
+RUBBING = times([('tap_wall', 4.1), ('push_block', None)], [(name, None) for name in EXPERIMENTS])
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(('experiment', 'duration'), RUBBING)
+def test_the_figures_hold_with_the_friction_of_a_real_arm_where_the_law_knows_it(
+        experiment, duration, record_property):
+    checks = verdict_of(experiment, 'ur5_real', {'friction.from_arm': True}, 1000, duration,
+                        control={'friction_feedforward': True})
+    assert not [check.sentence for check in checks.values() if check.verdict == FAIL]
+    assert checks['residual, simulator arm'].value < 1e-9
+    figures = {name: check for name, check in checks.items() if 'figure' in check.details}
+    assert len(figures) >= 1
+    for name, check in figures.items():
+        record_property(name, check.sentence)
+        allowed = check.details['friction_allowance']
+        assert (allowed > 0.0) == (name == 'stiffness' or name == 'normal force'), name
+        if name == 'stiffness':  # friction at rest holds up to 40 % of these forces
+            assert 'that friction of joints at rest may hold' in check.sentence
+
+
+def test_friction_that_the_law_does_not_know_moves_the_figures_and_they_fail():
+    checks = verdict_of('push_block', 'ur5_real', {'friction.from_arm': True}, 1000)
+    assert checks['way of the block'].verdict == FAIL
 
 
 def test_the_bags_tell_of_contact_what_the_loop_knows(tmp_path):

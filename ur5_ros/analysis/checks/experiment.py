@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ur5_ros.analysis.checks.contact import tool_force
+from ur5_ros.analysis.checks.friction_allowance import friction_allowance
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.experiments import Figure, load_experiment
@@ -42,9 +43,13 @@ def _check(run: Run, figure: Figure) -> Check:
         return not_applicable(figure.name, f'nothing was recorded of it between {begin:g} s and '
                               f'{end:g} s')
     unit = _UNITS[figure.quantity]
-    return judge(figure.name, abs(value - figure.expected), figure.tolerance, unit,
-                 f'{value:.6g} {unit}, expected {figure.expected:g} within {figure.tolerance:g}',
-                 figure=value, expected=figure.expected)
+    force = _force(run, rows) if figure.quantity in _TOUCHING else np.zeros(3)
+    more = friction_allowance(run, rows, figure, value, force)
+    sentence = f'{value:.6g} {unit}, expected {figure.expected:g} within {figure.tolerance:g}'
+    if more:
+        sentence += f' and {more:.3g} that friction of joints at rest may hold'
+    return judge(figure.name, abs(value - figure.expected), figure.tolerance + more, unit,
+                 sentence, figure=value, expected=figure.expected, friction_allowance=more)
 
 
 def _force(run: Run, rows: np.ndarray) -> np.ndarray:
