@@ -55,11 +55,13 @@ class Mending(NamedTuple):
         """Return the differences that matter in words, and how many there are beside them."""
         count = 1 + next((i for i, each in enumerate(self.differences)
                           if each.together > EXPLAINED), len(self.differences) - 1)
-        words = '; '.join(each.words() for each in self.differences[:count])
-        rest = len(self.differences) - count
+        named = [each for i, each in enumerate(self.differences)
+                 if i < count or each.parameter.startswith(('gravity', 'geometry'))]
+        rest = len(self.differences) - len(named)
         share = self.differences[count - 1].together
-        return words + (f' (together {share:.2%} of the squared residual; {rest} smaller '
-                        f'difference{"s" if rest > 1 else ""} beside)' if rest else '')
+        return '; '.join(each.words() for each in named) + (
+            f' ({share:.2%} of the squared residual; {rest} smaller '
+            f'difference{"s" if rest > 1 else ""} beside)' if rest else '')
 
 
 def differences(law: ArmParameters, plant: ArmParameters, samples: SampleBlocks,
