@@ -187,9 +187,14 @@ def undisturbed(folder: Path, runs: int, judge: str) -> polars.DataFrame:
 
 
 def growth(memory: dict[str, list[tuple[int, float]]]) -> dict[str, dict[str, float]]:
-    """Return the memory after warm-up and at the end of who lived long enough [MiB]."""
+    """
+    Return the memory after warm-up and at the end of who lived long enough [MiB].
+
+    A process that has loaded what it needs is one in whose life rows were written.
+    """
     found = {}
     for name, samples in memory.items():
+        samples = [each for each in samples if each[0] > samples[0][0]]
         sizes = [size for _, size in samples]
         if len(sizes) < 20:
             continue

@@ -57,8 +57,7 @@ def test_another_arm_asks_for_as_much_other_torque_as_the_page_says(demo):
     states = demo.exact.q, demo.exact.qd, demo.reference.qdd
     apart = np.abs(inverse_dynamics(*states, load_arm('ur5'))
                    - inverse_dynamics(*states, load_arm('ur5_description'))).max(axis=0)
-    assert apart[1:3] == pytest.approx(0.5, abs=0.05)
-    assert np.delete(apart, [1, 2]).max() < 0.05
+    assert apart[2] == apart.max() == pytest.approx(0.53, abs=0.01), 'at the elbow'
 
 
 def test_the_sign_of_the_centres_of_mass_costs_what_the_page_says():
@@ -144,3 +143,11 @@ def test_a_step_in_contact_takes_less_than_twice_the_plain_one():
     root = Path(__file__).resolve().parents[2]
     found = json.loads((root / 'benchmarks/results/contact.json').read_text('utf-8'))
     assert found['rows'][0]['ratio'] < 2.0
+
+
+def test_the_proof_of_the_sweeps_found_what_their_page_says():
+    """Each run has its row, none twice, none given up, bits of a sweep in peace, no growth."""
+    root = Path(__file__).resolve().parents[2]
+    proof = json.loads((root / 'benchmarks/results/sweep_proof.json').read_text('utf-8'))
+    assert [row['measured'] for row in proof['rows'] if not row['met']] == []
+    assert [who for who, _ in proof['killed']] == ['worker 1', 'scheduler', 'sweep', 'worker 2']
