@@ -145,3 +145,11 @@ def test_a_folder_with_a_bag_of_ros_1_is_refused_by_name(tmp_path):
     (tmp_path / 'old.bag').write_bytes(b'#ROSBAG V2.0\n')
     with pytest.raises(InputError, match='old.bag: a bag of ROS 1; convert it with'):
         load_run(tmp_path, arm='ur5e')
+
+
+@pytest.mark.parametrize('name', ['log.csv', 'log.csv.gz'])
+def test_a_robots_log_is_no_bag_and_the_way_to_one_is_named(tmp_path, name):
+    data = b'\x1f\x8b' if name.endswith('gz') else b'timestamp,actual_q_0\n'
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(InputError, match=f'ur5 import {name} --out RUN'):
+        load_run(tmp_path / name)

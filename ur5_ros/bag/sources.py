@@ -17,6 +17,9 @@ Report = Callable[[str], None]
 #: How a bag of ROS 1 begins.
 ROS1_MAGIC = b'#ROSBAG V'
 
+#: How the name of a robot's log ends.
+LOGS = ('.csv', '.csv.gz', '.txt', '.tsv')
+
 #: How a compressed file begins -> what decompresses it.
 COMPRESSED = {ZSTANDARD_MAGIC: 'zstd -d', b'\x1f\x8b': 'gunzip', b'BZh': 'bunzip2',
               b'\xfd7zXZ': 'unxz', b'PK\x03\x04': 'unzip', b'\x04"M\x18': 'lz4 -d'}
@@ -89,6 +92,9 @@ def _open_file(path: Path, report: Report) -> MessageSource:
     if start.startswith(ROS1_MAGIC):
         raise BagError(f'{path}: a bag of ROS 1, which is no MCAP file; convert it with: '
                        'rosbags-convert')
+    if path.name.lower().endswith(LOGS):
+        raise BagError(f"{path}: no bag; a robot's log becomes one by: ur5 import {path.name} "
+                       '--out RUN --arm NAME')
     for magic, command in COMPRESSED.items():
         if start.startswith(magic):
             raise BagError(f'{path}: a compressed file; decompress it with: {command} {path.name}')
