@@ -135,6 +135,16 @@ def test_drives_and_friction_are_found_from_currents_alone_for_a_known_arm():
     assert 'nan' not in identified_yaml(found)
 
 
+def test_a_drive_whose_torque_is_hidden_by_friction_is_not_excited_by_name():
+    arm = load_arm('ur5e')  # its last wrist carries nothing
+    run = currents(arm)
+    found = identify([run], arm)
+    assert found.motors is not None
+    assert np.isnan(found.motors.drive[5]) and np.isfinite(found.motors.drive[:4]).all()
+    text = '; '.join(found.sentences())
+    assert 'not excited: the drives of' in text and 'wrist_3_joint' in text and 'nan' not in text
+
+
 def test_a_load_is_found_from_currents_alone():
     arm = load_arm('ur10e_real')
     load = currents(with_payload(arm, 2.5, (0.0, 0.02, 0.05)), 3)

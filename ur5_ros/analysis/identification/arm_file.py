@@ -19,5 +19,8 @@ def identified_yaml(found: Identified) -> str:
               f'{found.test_run}: '
               + ', '.join(f'{value:.2g}' if np.isfinite(value) else '-'
                           for value in found.test_rms) + ' N m RMS a joint')
+    if not found.base:
+        source = ('bodies and rotors as in the arm that the identification began with; drives and '
+                  'friction from motor currents')
     return arm_file_text(found.arm, 'Identified from recorded torques.', source,
                          'as the arm that the identification began with')

@@ -85,18 +85,19 @@ class Motors(NamedTuple):
     def sentences(self) -> list[str]:
         """Return the outcome in words."""
         words = ['from motor currents, joints 1 to 6: '
-                 + ', '.join(f'{v:.4g} +- {e:.1g}' for v, e in
-                             zip(self.drive, self.drive_error, strict=True)) + ' N m/A; viscous '
-                 + ', '.join(f'{v:.3g} +- {e:.1g}' for v, e in
-                             zip(self.viscous, self.viscous_error, strict=True))
-                 + ' N m s/rad; Coulomb '
-                 + ', '.join(f'{v:.3g} +- {e:.1g}' for v, e in
-                             zip(self.coulomb, self.coulomb_error, strict=True)) + ' N m']
+                 + _listed(self.drive, self.drive_error) + ' N m/A; viscous '
+                 + _listed(self.viscous, self.viscous_error) + ' N m s/rad; Coulomb '
+                 + _listed(self.coulomb, self.coulomb_error) + ' N m']
+        lost = [name for name, drive in zip(JOINT_NAMES, self.drive, strict=True)
+                if np.isnan(drive)]
+        if lost:
+            words.append(f'not excited: the drives of {", ".join(lost)}, whose torque is too '
+                         'small beside their friction')
         words.append(f'current predicted on {self.test_run} within '
-                     + ', '.join(f'{a:.3g}' for a in self.current_rms) + ' A RMS a joint ('
-                     + ', '.join(f'{a:.3g}' for a in self.current_rms_linear)
+                     + _plain(self.current_rms) + ' A RMS a joint ('
+                     + _plain(self.current_rms_linear)
                      + ' A with viscous and Coulomb friction alone)')
-        listed = ', '.join(f'{a:.3g} to {b:.3g}' for a, b in
+        listed = ', '.join('-' if np.isnan(a) else f'{a:.3g} to {b:.3g}' for a, b in
                            zip(self.without, self.with_, strict=True))
         words.append(f'with it the torque error from currents on {self.test_run} goes from '
                      f'{listed} N m RMS')
@@ -138,6 +139,15 @@ def with_motors(arm: ArmParameters, motors: Motors | None, run: Run) -> ArmParam
     return replace(arm, unexplained_torque=unexplained_torque(run, arm))
 
 
+def _plain(values: np.ndarray) -> str:
+    return ', '.join('-' if np.isnan(each) else f'{each:.3g}' for each in values)
+
+
+def _listed(value: np.ndarray, error: np.ndarray) -> str:
+    return ', '.join('-' if np.isnan(v) else f'{v:.4g} +- {e:.1g}'
+                     for v, e in zip(value, error, strict=True))
+
+
 class _JointMotor(NamedTuple):
     """:class:`Motors` of one joint."""
 
@@ -165,8 +175,8 @@ def _joint(effort, current, features, sliding, block, test) -> _JointMotor:
     block = np.unique(block[use], return_inverse=True)[1]
     value, covariance = _fit(x[:, :3], y, block)
     alone, _ = _fit(x[:, :1], y, block)
-    if value[0] == 0.0 or alone[0] == 0.0:
-        return _JointMotor()
+    if alone[0] == 0.0 or not value[0] > np.sqrt(covariance[0, 0]):
+        return _JointMotor()  # the torque of this joint is too small beside its friction
     family = choose_family(x[:, 1:], x[:, :1], y, folds_of(block))
     columns = [0, *(1 + i for i in (family.features or range(LINEAR)))]
     best, spread = _fit(x[:, columns], y, block)
