@@ -11,5 +11,5 @@ def test_the_torque_of_contact_is_drawn_beside_its_estimate():
     result = validate(as_run(run_closed_loop(run_config('tap_wall', duration=1.0))))
     figure, = (each for each in figures(result) if each.key == 'contact')
     names = [trace['name'] for trace in figure.traces]
-    assert names[:2] == ['shoulder_pan_joint', 'shoulder_pan_joint, estimated']
+    assert names[:2] == ['pan', 'pan, estimated']
     assert len(names) == 12
