@@ -51,7 +51,8 @@ def drives_alone(runs: Sequence[Run], arm: ArmParameters, test: Run | None, name
                          'the experiment exciting, or one made by ur5 excite')
     friction = joint_friction_of(
         motors.family, kept.friction,
-        motors.friction_torque(kept.effort, kept.current, kept.friction), kept.sliding)
+        motors.friction_torque(kept.effort, kept.current, kept.friction), kept.sliding,
+        (motors.viscous, motors.coulomb))
     found = with_motors(replace(arm, name=name, friction=friction), motors, runs[0])
     unknown = np.full(6, np.nan)
     return Identified(

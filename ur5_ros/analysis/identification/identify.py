@@ -271,13 +271,15 @@ def _arm_friction(found: _Solution, rows: Rows, motors: Motors | None) -> JointF
     """Return the friction of each joint: of the torque, of the motors where that has none."""
     own = [family if family.features else None for family in found.families]
     torque = rows.effort - rows.inertial @ found.x - _by_temperature(rows, found.best)
+    viscous, _, coulomb, _ = _by_joint(found.linear)
     if motors is None:
-        return joint_friction_of(own, rows.friction, torque, rows.sliding)
+        return joint_friction_of(own, rows.friction, torque, rows.sliding, (viscous, coulomb))
     of_motors = motors.friction_torque(rows.effort, rows.current, rows.friction)
     families = [each or family for each, family in zip(own, motors.family, strict=True)]
     has = np.array([each is not None for each in own])
+    linear = (np.where(has, viscous, motors.viscous), np.where(has, coulomb, motors.coulomb))
     return joint_friction_of(families, rows.friction, np.where(has, torque, of_motors),
-                             rows.sliding)
+                             rows.sliding, linear)
 
 
 def _by_temperature(rows: Rows, fit: _Fit) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ur5_ros.analysis.identification.friction import (
     FEATURES,
+    LINEAR,
     STRIBECK,
     STRIBECK_SPEEDS,
     Family,
@@ -22,7 +23,8 @@ _CUBIC, _LOAD = (FEATURES.index(name) for name in ('viscous cubic', 'load-depend
 
 
 def joint_friction_of(families: Sequence[Family | None], features: np.ndarray,
-                      torque: np.ndarray, known: np.ndarray) -> JointFriction:
+                      torque: np.ndarray, known: np.ndarray,
+                      linear: tuple[np.ndarray, np.ndarray] | None = None) -> JointFriction:
     """
     Return friction with the parts of each joint's family that explains a torque best.
 
@@ -39,6 +41,8 @@ def joint_friction_of(families: Sequence[Family | None], features: np.ndarray,
         What friction took, that of the temperature left out [N m].
     known : numpy.ndarray, shape (n, 6)
         Where it is known.
+    linear : tuple of numpy.ndarray, optional
+        Viscous and Coulomb friction, (6,) each, of the joints whose family is these two alone.
 
     """
     parts = {name: np.zeros(6) for name in (*_PARTS, 'asymmetry')}
@@ -46,16 +50,20 @@ def joint_friction_of(families: Sequence[Family | None], features: np.ndarray,
     for joint, family in enumerate(families):
         if family is None or not family.features:
             continue
+        if linear is not None and family.features == tuple(range(LINEAR)):
+            for name, value in zip(('viscous', 'coulomb'), linear, strict=True):
+                parts[name][joint] = max(float(np.nan_to_num(value[joint])), 0.0)
+            continue
         use = known[:, joint] & np.isfinite(torque[:, joint])
         x, y = features[use, joint], torque[use, joint]
         asymmetry = _asymmetry(family, x, y) if _ASYMMETRIC & {*family.features} else 0.0
-        value = _fit(_columns(family, x, asymmetry), y)
-        for name, each in zip(_PARTS, value, strict=True):
+        found = _fit(_columns(family, x, asymmetry), y)
+        for name, each in zip(_PARTS, found, strict=True):
             parts[name][joint] = each
         parts['asymmetry'][joint] = asymmetry
         speed = _stribeck(family)
-        if speed and value[4] > 0.0:
-            parts['static'][joint] = value[1] + value[4]
+        if speed and found[4] > 0.0:
+            parts['static'][joint] = found[1] + found[4]
             parts['stribeck_velocity'][joint] = speed
     return JointFriction(**parts)
 
