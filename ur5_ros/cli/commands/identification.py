@@ -37,7 +37,7 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
     if out is not None and out.exists():
         raise InputError(f'{out} exists; give another file, or remove it')
     start = load_arm(arm) if arm is not None else None
-    loaded = _read(payload, given) if payload is not None else None
+    loaded = _read(payload, given, load=True) if payload is not None else None
     if not runs:
         return _payload_alone(loaded, start, json)
     tested = _read(test, given) if test is not None else None
@@ -64,11 +64,14 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
     return YES
 
 
-def _read(path: Path, given: Mapping[str, Any]) -> Run:
+def _read(path: Path, given: Mapping[str, Any], load: bool = False) -> Run:
     """Return a run whose effort is joint torque, or what ``--effort`` states; else InputError."""
     run = load_run(path, **given)
     effort = effort_check(run, marks_of()) if run.sim is None else None
-    if effort is not None and effort.verdict == FAIL:
+    # a log's target torque that is gravity alone shows a load as it is
+    gravity = load and run.follows_reference and effort is not None and (
+        effort.details.get('meaning') == 'target')
+    if effort is not None and effort.verdict == FAIL and not gravity:
         raise InputError(f'{run.name}: {effort.sentence}')
     return run
 
