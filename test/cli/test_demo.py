@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -26,7 +27,9 @@ def experiment(tmp_path) -> Path:
 
 
 def hashes(text):
-    return [line for line in text.splitlines() if line.startswith('sha256')]
+    """Return the lines that scripts look for."""
+    return [line for line in text.splitlines()
+            if re.fullmatch('sha256 of /[a-z_/]+: [0-9a-f]{64}', line)]
 
 
 def children_of(pid):
@@ -54,6 +57,7 @@ def test_demo_judges_itself_and_repeats_to_the_bit_beside_a_busy_loop(ur5, exper
     assert json.loads((run / 'result.json').read_text())['verdict'] == 'pass'
     assert (run / 'report.html').read_text().startswith('<!DOCTYPE html>')
     assert f'report: bags/{run.name}/report.html' in first.out
+    assert re.search(r'^[\d.]+ s in [\d.]+ s of wall clock', first.out, re.MULTILINE)
     assert f'{run.name}: pass' in first.out and '\x1b[' not in first.out + first.err
     busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
     try:

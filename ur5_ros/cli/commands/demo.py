@@ -35,9 +35,8 @@ def demo(
     result = judge.judge(folder)
     judge.write(result, folder / 'result.json', folder / 'report.html', None)
     terminal.show_result(out, result)
-    out.print('sha256 of the messages:')
     for topic, digest in hashes(folder).items():
-        out.print(f'{digest}  {topic}', soft_wrap=True)
+        out.print(f'sha256 of {topic}: {digest}', soft_wrap=True)
     out.print(Text(f'report: {folder / "report.html"}'), soft_wrap=True)
     terminal.show_next(out, f'ur5 view {folder}', 'the arm in the browser')
     return YES if result.passed else NO
