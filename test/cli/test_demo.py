@@ -29,7 +29,7 @@ def experiment(tmp_path) -> Path:
 def hashes(text):
     """Return the lines that scripts look for."""
     return [line for line in text.splitlines()
-            if re.fullmatch('sha256 of /[a-z_/]+: [0-9a-f]{64}', line)]
+            if re.fullmatch('sha256 of [a-z_/]+: [0-9a-f]{64}', line)]
 
 
 def children_of(pid):

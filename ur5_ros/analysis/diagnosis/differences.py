@@ -52,16 +52,15 @@ class Mending(NamedTuple):
     """The same with every difference mended [N m]."""
 
     def words(self) -> str:
-        """Return the differences that matter in words, and how many there are beside them."""
+        """Return the differences that matter in words, and the names of the others."""
         count = 1 + next((i for i, each in enumerate(self.differences)
                           if each.together > EXPLAINED), len(self.differences) - 1)
         named = [each for i, each in enumerate(self.differences)
                  if i < count or each.parameter.startswith(('gravity', 'geometry'))]
-        rest = len(self.differences) - len(named)
+        rest = ', '.join(each.parameter for each in self.differences if each not in named)
         share = self.differences[count - 1].together
         return '; '.join(each.words() for each in named) + (
-            f' ({share:.2%} of the squared residual; {rest} smaller '
-            f'difference{"s" if rest > 1 else ""} beside)' if rest else '')
+            f' ({share:.2%} of the squared residual; smaller: {rest})' if rest else '')
 
 
 def differences(law: ArmParameters, plant: ArmParameters, samples: SampleBlocks,
@@ -185,5 +184,5 @@ def _plain(value: Any) -> float | list[float]:
 
 def _number(value: float | Sequence[float]) -> str:
     if isinstance(value, float):
-        return f'{value:.4g}'
-    return '[' + ', '.join(f'{each:.4g}' for each in value) + ']'
+        return f'{value:.5g}'
+    return '[' + ', '.join(f'{each:.5g}' for each in value) + ']'
