@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import viser
 
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.config import arm_text
 from ur5_ros.config.worlds import Body
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
@@ -52,6 +54,16 @@ def test_the_tool_of_a_world_is_part_of_the_drawn_arm():
     run = as_run(run_closed_loop(run_config('push_block', duration=0.01)))
     kinds = [visual.kind for visual in tree_of(arm_of(run), run.sim.world).visuals['wrist_3_link']]
     assert kinds == ['cylinder', 'cylinder', 'sphere']
+
+
+def test_the_tool_of_an_arms_file_is_drawn_from_the_bag(tmp_path):
+    arm = tmp_path / 'armed.yaml'
+    arm.write_text(arm_text('ur5') + 'tool:\n  - {shape: sphere, radius: 0.02, position: '
+                   '[0.0, 0.0, 0.05]}\n')
+    run_closed_loop(run_config(arm=str(arm), duration=0.05), tmp_path / 'run')
+    run = load_run(tmp_path / 'run')
+    kinds = [visual.kind for visual in tree_of(arm_of(run), run.sim.world).visuals['wrist_3_link']]
+    assert kinds[-1] == 'sphere' and kinds.count('sphere') == 1
 
 
 def blue(picture, alone):

@@ -110,11 +110,15 @@ def list_arms() -> list[str]:
 
 def arm_tool(name: str) -> list[Solid]:
     """Return the shapes on the flange that an arm's file has, in ``tool0``; empty for none."""
-    text = arm_text(name)
+    return tool_of(arm_text(name), name)
+
+
+def tool_of(text: str, source: str) -> list[Solid]:
+    """Return the shapes on the flange that the text of an arm's file has, as :func:`arm_tool`."""
     if '\ntool:' not in text:
         return []
-    tool = validate(_ArmFile, parse_yaml(text, name), name).tool
-    check_tool(tool, name)
+    tool = validate(_ArmFile, parse_yaml(text, source), source).tool
+    check_tool(tool, source)
     return tool
 
 

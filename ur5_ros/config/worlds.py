@@ -14,7 +14,7 @@ from ur5_ros.config.strict_yaml import file_names, named_file, parse_yaml, read_
 from ur5_ros.errors import InputError
 
 __all__ = ['EMPTY', 'NOTHING', 'Body', 'Solid', 'World', 'base_pose', 'list_worlds', 'load_world',
-           'parse_world', 'with_contact', 'world_from', 'world_text']
+           'parse_world', 'with_contact', 'with_tool', 'world_from', 'world_text']
 
 #: The world without anything in it.
 EMPTY = 'empty'
@@ -124,7 +124,12 @@ def load_world(name: str) -> World:
 def world_from(parameters: SimParameters) -> World:
     """Return the world of a run, from ``world``, ``contact.*`` and ``arm`` of the simulator."""
     world = with_contact(load_world(parameters.world), parameters.by_name())
-    return world if world.tool else msgspec.structs.replace(world, tool=arm_tool(parameters.arm))
+    return with_tool(world, arm_tool(parameters.arm))
+
+
+def with_tool(world: World, tool: list[Solid]) -> World:
+    """Return a world with the tool of the arm's file, unless it has one of its own."""
+    return world if world.tool else msgspec.structs.replace(world, tool=tool)
 
 
 def with_contact(world: World, parameters: Mapping[str, Any]) -> World:

@@ -11,8 +11,9 @@ from ur5_ros.bag.arrays.columns import RawColumns
 from ur5_ros.bag.reader import Bag
 from ur5_ros.cdr.codec import decode
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, parse_arm
+from ur5_ros.config.arms import tool_of
 from ur5_ros.config.parameters import Parameter
-from ur5_ros.config.worlds import NOTHING, World, parse_world, with_contact
+from ur5_ros.config.worlds import NOTHING, World, parse_world, with_contact, with_tool
 from ur5_ros.errors import InputError
 
 #: Nodes that a bag can be of; ``robot`` is a robot's own log.
@@ -57,7 +58,8 @@ def describe_node(bag: Bag) -> BagDescription:
 def _world(bag: Bag, parameters: dict[str, Any]) -> World:
     """Return what a simulator's bag states that the arm could touch."""
     world = parse_world(bag.description.get('world', ''), f'{bag.path}: world')
-    return with_contact(world, parameters)
+    tool = tool_of(bag.description.get('arm', ''), f'{bag.path}: arm')
+    return with_contact(with_tool(world, tool), parameters)
 
 
 def json_field(bag: Bag, key: str, default: Any) -> Any:
