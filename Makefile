@@ -18,8 +18,6 @@ INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation
 PYTEST := $(BIN)/python -m pytest
 ARGS ?=
 CORES := $(shell nproc)
-# tests of nodes wait as long as they compute: half as many again as there are cores
-WORKERS ?= $(shell expr $(CORES) + \( $(CORES) + 1 \) / 2)
 # one look into each room, and both nodes once
 QUICK := test/config test/cdr test/control/test_law.py test/control/test_experiments.py test/model/test_dynamics.py \
 	test/model/test_kinematics.py test/sim/test_plant.py test/sim/test_command_gate.py test/loop \
@@ -67,7 +65,7 @@ types: setup-all  ## mypy
 	$(BIN)/mypy
 
 test: lint types  ## linters, types, import contracts, every test
-	$(PYTEST) -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m 'not browser' $(ARGS) </dev/null
+	$(PYTEST) -q -n $(CORES) --dist loadfile --no-loadscope-reorder -m 'not browser' $(ARGS) </dev/null
 
 test-quick: lint types  ## what a change usually breaks, in two minutes
 	$(PYTEST) -q -n $(CORES) --dist loadfile $(QUICK) $(ARGS) </dev/null

@@ -214,7 +214,20 @@ class Observer:
             message_type, topic, QoSProfile(depth=10, durability=durability))
         wait_until(lambda: publisher.get_subscription_count() >= subscribers,
                    f'a subscriber of {topic}')
+        # the subscriber may know less of us than we of it, as a server below
+        time.sleep(0.3)
         return publisher
+
+    def in_its_thread(self, call: Callable[[], Any]) -> Any:
+        """
+        Return what a call gives that is made by the thread that spins.
+
+        rclpy's action client notes a request after it is sent: an answer that another thread takes
+        before that is dropped, and the request waits for ever.
+        """
+        task = self._executor.create_task(call)
+        wait_until(task.done, 'the call in the thread that spins')
+        return task.result()
 
     def call(self, service_type: type, name: str, request: Any = None,
              seconds: float = PATIENCE) -> Any:

@@ -1,6 +1,7 @@
 """Both nodes in one process: what others see, who gets which parameter, and how they end."""
 
 import signal
+import time
 
 import pytest
 from ros_processes import wait_until
@@ -32,7 +33,13 @@ def test_another_process_moves_the_arm(ros):
     target = observer.publisher(JointState, '/ur5_control/target_joints')
     wait_until(lambda: states, 'a state')
     goal = [0.1, -1.5, 1.5, -1.5, 0.1, 0.1]
-    target.publish(JointState(name=states[0].name, position=goal))
+    start = states[0].position[0]
+
+    def moves():
+        target.publish(JointState(name=states[0].name, position=goal))
+        time.sleep(0.2)
+        return abs(states[-1].position[0] - start) > 1e-4
+    wait_until(moves, 'a movement')
     wait_until(lambda: max(abs(a - b) for a, b in zip(states[-1].position, goal, strict=True))
                < 1e-3, 'the arm at its target')
 

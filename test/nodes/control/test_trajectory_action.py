@@ -62,14 +62,14 @@ class Client:
         message.trajectory = trajectory(HOME) if goal is None else goal
         for name, value in fields.items():
             setattr(message, name, value)
-        future = self.client.send_goal_async(
-            message, feedback_callback=lambda each: self.feedback.append(each.feedback))
+        future = self.observer.in_its_thread(lambda: self.client.send_goal_async(
+            message, feedback_callback=lambda each: self.feedback.append(each.feedback)))
         wait_until(future.done, 'an answer to the goal')
         return future.result()
 
     def result(self, handle):
         """Wait for the result of a goal; return its status, code and text."""
-        future = handle.get_result_async()
+        future = self.observer.in_its_thread(handle.get_result_async)
         wait_until(future.done, 'the result of the goal')
         found = future.result()
         return found.status, found.result.error_code, found.result.error_string
@@ -135,7 +135,7 @@ def test_an_unknown_joint_in_a_tolerance_is_rejected(served):
 def test_a_cancelled_goal_is_canceled_with_code_0_and_the_arm_rests(served):
     handle = served.send(trajectory(moved([-0.5, 0, 0, 0, 0, 0]), 5.0))
     wait_until(lambda: abs(served.states[-1].velocity[0]) > 0.05, 'motion')
-    future = handle.cancel_goal_async()
+    future = served.observer.in_its_thread(handle.cancel_goal_async)
     assert served.result(handle)[:2] == (CANCELED, ResultCode.SUCCESSFUL)
     wait_until(future.done, 'an answer to the cancel request')
     wait_until(lambda: max(map(abs, served.states[-1].velocity)) < 1e-3, 'rest')
@@ -183,7 +183,7 @@ def test_states_that_stop_end_the_goal_and_so_does_the_end_of_the_node(ros, inte
     heard = len(client.states)
     wait_until(lambda: len(client.states) > heard + 50, 'states of the new simulator')
     handle = client.send(trajectory(moved([0.3, 0, 0, 0, 0, 0]), 30.0))
-    future = handle.get_result_async()
+    future = client.observer.in_its_thread(handle.get_result_async)
     assert client.control.stop() == 0
     wait_until(future.done, 'a result of the node that ended', 5.0)
     assert future.result().status == ABORTED
@@ -219,7 +219,7 @@ def test_a_goal_for_a_node_that_fails_or_ends_is_answered(ros, interfaces, capfd
                          (True, 'goal rejected: INVALID_GOAL (-1): the node is ending')):
         if ending:
             action.close()
-        future = client.send_goal_async(goal)
+        future = watcher.in_its_thread(lambda: client.send_goal_async(goal))
         wait_until(future.done, 'an answer to the goal')
         assert not future.result().accepted and action.idle
         assert line in capfd.readouterr().err
