@@ -1,14 +1,13 @@
 """Help fits a screen, errors fit a line, and the exit code says which kind of no it was."""
 
-import contextlib
 import os
-import pty
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from pseudo_terminal import written
 
 from ur5_ros.cli.run import run
 
@@ -125,15 +124,15 @@ def test_a_help_screen_cut_by_head_is_no_error():
 def test_colours_appear_on_a_terminal_alone(ur5):
     plain = ur5('urdf', '--arm', 'ur6')
     assert '\x1b[' not in plain.err
-    assert '\x1b[31m' in on_a_terminal({}, 'urdf', '--arm', 'ur6')
+    assert '\x1b[31m' in written('urdf', '--arm', 'ur6')
 
 
 def test_no_color_is_respected_on_a_terminal(short_run, tmp_path):
-    coloured = on_a_terminal({}, 'validate', short_run)
-    plain = on_a_terminal({'NO_COLOR': '1'}, 'validate', short_run)
+    coloured = written('validate', short_run)
+    plain = written('validate', short_run, NO_COLOR='1')
     assert '\x1b[32m' in coloured and 'pass' in plain
     assert not re.search(r'\x1b\[[\d;]*3\dm', plain)
-    assert '\x1b[' not in on_a_terminal({'NO_COLOR': '1'}, 'urdf', '--arm', 'ur6')
+    assert '\x1b[' not in written('urdf', '--arm', 'ur6', NO_COLOR='1')
 
 
 @pytest.mark.parametrize('arguments', [
@@ -142,7 +141,7 @@ def test_no_color_is_respected_on_a_terminal(short_run, tmp_path):
 def test_sentences_wrap_at_blanks_in_eighty_columns(repo, short_run, arguments):
     folders = {'GOLDEN': str(repo / 'bags/golden'), 'SHORT': str(short_run)}
     words = [folders.get(word, word) for word in arguments]
-    text = on_a_terminal({'NO_COLOR': '1', 'COLUMNS': '80'}, *words)
+    text = written(*words, NO_COLOR='1')
     plain = re.sub(r'\x1b\[[^A-Za-z]*[A-Za-z]', '', text).replace('\r\n', '\n')
     # a progress bar goes back to the start of its line
     long = [line for line in plain.replace('\r', '\n').splitlines() if len(line.rstrip()) > 80
@@ -153,33 +152,9 @@ def test_sentences_wrap_at_blanks_in_eighty_columns(repo, short_run, arguments):
 
 def test_a_progress_bar_is_drawn_on_a_terminal_alone(ur5, short_run, tmp_path):
     picture = 'from ur5_ros.cli.terminal import progress\nwith progress("drawing", 1.0): pass'
-    assert 'drawing' in on_a_terminal({}, script=picture)
+    assert 'drawing' in written(script=picture)
     piped = subprocess.run([sys.executable, '-c', picture], capture_output=True, text=True)
     assert piped.stderr == piped.stdout == ''
-
-
-def on_a_terminal(more: dict, *arguments, script: str = '') -> str:
-    """Return what a command line, or a script, writes to a terminal."""
-    environment = {key: value for key, value in os.environ.items()
-                   if key not in ('NO_COLOR', 'FORCE_COLOR', 'CI')}
-    reader, terminal = pty.openpty()
-    child = subprocess.Popen(
-        [sys.executable, '-c', script or 'from ur5_ros.cli import main; main()',
-         *map(str, arguments)], stdin=terminal, stdout=terminal, stderr=terminal,
-        env={**environment, 'TERM': 'xterm', **more})
-    os.close(terminal)
-    said = b''
-    try:
-        with contextlib.suppress(OSError):  # the other end is closed
-            while part := os.read(reader, 10_000):
-                said += part
-        child.wait(60)
-    finally:
-        os.close(reader)
-        if child.poll() is None:
-            child.kill()
-            child.wait()
-    return said.decode()
 
 
 @pytest.mark.parametrize('shell', ['bash', 'zsh', 'fish'])

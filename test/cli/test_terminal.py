@@ -1,16 +1,9 @@
 """On a terminal of 80 columns every command is readable: whole words, units, what to do next."""
 
-import contextlib
-import fcntl
-import os
-import pty
 import re
-import struct
-import subprocess
-import sys
-import termios
 
 import pytest
+from pseudo_terminal import written
 
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.run_config import run_config
@@ -29,27 +22,8 @@ def folder(tmp_path_factory):
 
 def shown(folder, *arguments, columns: int = 80) -> list[str]:
     """Return the lines that a command leaves on a terminal of this width."""
-    reader, terminal = pty.openpty()
-    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack('HHHH', 40, columns, 0, 0))
-    environment = {key: value for key, value in os.environ.items()
-                   if key not in ('COLUMNS', 'LINES', 'FORCE_COLOR', 'CI')}
-    child = subprocess.Popen(
-        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', *map(str, arguments)],
-        stdin=terminal, stdout=terminal, stderr=terminal, cwd=folder,
-        env={**environment, 'TERM': 'xterm', 'NO_COLOR': '1'})
-    os.close(terminal)
-    said = b''
-    try:
-        with contextlib.suppress(OSError):  # the other end is closed
-            while part := os.read(reader, 10_000):
-                said += part
-        child.wait(120)
-    finally:
-        os.close(reader)
-        if child.poll() is None:
-            child.kill()
-            child.wait()
-    after_bars = said.decode().rpartition('\x1b[2K')[2]  # a bar erases itself
+    said = written(*arguments, folder=folder, columns=columns, NO_COLOR='1')
+    after_bars = said.rpartition('\x1b[2K')[2]  # a bar erases itself
     text = re.sub(r'\x1b\[[0-9;?]*[a-zA-Z]', '', after_bars).replace('\r\n', '\n')
     lines = [line.rpartition('\r')[2].rstrip() for line in text.splitlines()]
     return [line for line in lines if line]

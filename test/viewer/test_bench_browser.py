@@ -1,7 +1,5 @@
 """The page of the bench in a real browser: every law and number can be read, at every width."""
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import polars
@@ -13,23 +11,10 @@ from ur5_ros.bench.report import write_report
 pytestmark = pytest.mark.browser
 
 ROOT = Path(__file__).resolve().parents[2]
-specification = importlib.util.spec_from_file_location(
-    'chromium', Path(__file__).parent / 'chromium.py')
-chromium = importlib.util.module_from_spec(specification)
-sys.modules['chromium'] = chromium
-specification.loader.exec_module(chromium)
-
 #: Texts of a figure that match a selector, and the least height of letters in it [px].
 TEXTS = "[...document.querySelectorAll('#plot-laws {} text')].map(each => each.textContent)"
 LEAST = ("Math.min(...[...document.querySelectorAll('#plot-laws .heatmaplayer text')].map("
          "each => parseFloat(getComputedStyle(each).fontSize)))")
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    browser = chromium.Chromium(tmp_path_factory.mktemp('profile'))
-    yield browser
-    browser.close()
 
 
 @pytest.fixture(scope='module')

@@ -1,7 +1,5 @@
 """The viewer in a real browser: what it shows, at which width, by which key."""
 
-import importlib.util
-import sys
 import time
 from pathlib import Path
 
@@ -13,19 +11,7 @@ from ur5_ros.viewer.recorded import RecordedView
 
 pytestmark = pytest.mark.browser
 
-spec = importlib.util.spec_from_file_location('chromium', Path(__file__).parent / 'chromium.py')
-chromium = importlib.util.module_from_spec(spec)
-sys.modules['chromium'] = chromium
-spec.loader.exec_module(chromium)
-
 WIDE, NARROW = (1280, 800), (420, 860)
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    browser = chromium.Chromium(tmp_path_factory.mktemp('profile'))
-    yield browser
-    browser.close()
 
 
 @pytest.fixture(scope='module')

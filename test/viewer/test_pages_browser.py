@@ -1,7 +1,5 @@
 """Every page that a command writes, in a real browser: readable, reachable by keys, silent."""
 
-import importlib.util
-import sys
 import time
 from pathlib import Path
 
@@ -25,11 +23,6 @@ from ur5_ros.sweep.table import SweepFolder
 pytestmark = pytest.mark.browser
 
 ROOT = Path(__file__).resolve().parents[2]
-spec = importlib.util.spec_from_file_location('chromium', Path(__file__).parent / 'chromium.py')
-chromium = importlib.util.module_from_spec(spec)
-sys.modules['chromium'] = chromium
-spec.loader.exec_module(chromium)
-
 PAGES = ('report', 'contact', 'grid', 'random', 'identification', 'bench')
 #: What a sweep of each kind varies.
 SWEEPS = {
@@ -59,13 +52,6 @@ SMALLEST = """Math.min(...[...document.querySelectorAll('p, td, th, li, text')].
   (node) => parseFloat(getComputedStyle(node).fontSize)))"""
 EMPTY = """[...document.querySelectorAll('.plot')].filter((plot) => !plot.querySelector(
   '.trace, .heatmaplayer image, .barlayer path, .scatterlayer path')).map((plot) => plot.id)"""
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    browser = chromium.Chromium(tmp_path_factory.mktemp('profile'))
-    yield browser
-    browser.close()
 
 
 @pytest.fixture(scope='module')

@@ -1,7 +1,5 @@
 """The report of the golden run in a real browser: wide and narrow, light and dark, in silence."""
 
-import importlib.util
-import sys
 import time
 from pathlib import Path
 
@@ -16,18 +14,6 @@ from ur5_ros.analysis.validate import validate
 pytestmark = pytest.mark.browser
 
 ROOT = Path(__file__).resolve().parents[2]
-spec = importlib.util.spec_from_file_location('chromium', Path(__file__).parent / 'chromium.py')
-chromium = importlib.util.module_from_spec(spec)
-sys.modules['chromium'] = chromium
-spec.loader.exec_module(chromium)
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    browser = chromium.Chromium(tmp_path_factory.mktemp('profile'))
-    yield browser
-    browser.close()
-
 
 @pytest.fixture(scope='module')
 def report(tmp_path_factory):

@@ -1,8 +1,5 @@
 """The page of a sweep in a real browser: a table that sorts and filters, and a quiet console."""
 
-import importlib.util
-import sys
-from pathlib import Path
 
 import pytest
 
@@ -12,12 +9,6 @@ from ur5_ros.sweep.spec import expand, parse_sweep
 from ur5_ros.sweep.table import SweepFolder
 
 pytestmark = pytest.mark.browser
-
-specification = importlib.util.spec_from_file_location(
-    'chromium', Path(__file__).parent / 'chromium.py')
-chromium = importlib.util.module_from_spec(specification)
-sys.modules['chromium'] = chromium
-specification.loader.exec_module(chromium)
 
 SWEEP = """
 name: drawn
@@ -32,13 +23,6 @@ vary:
 """
 FIRST = "document.querySelector('table.sortable').tBodies[0].rows[0].cells[0].textContent"
 VISIBLE = "[...document.querySelector('table.sortable').tBodies[0].rows].filter(r => !r.hidden)"
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    browser = chromium.Chromium(tmp_path_factory.mktemp('profile'))
-    yield browser
-    browser.close()
 
 
 @pytest.fixture(scope='module')

@@ -6,7 +6,7 @@ from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.result import FAIL, PASS, Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 
-#: States on either side of a step by which a missing state is told from jitter.
+#: States on either side of a step that distinguish a missing state from jitter.
 NEAR = 8
 
 

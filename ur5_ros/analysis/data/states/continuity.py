@@ -11,7 +11,7 @@ STEP, SPEED_FACTOR, ACCELERATION = 0.01, 2.0, 10.0
 #: Speed assumed where none is measured [rad/s].
 SPEED = 7.0
 
-#: Sources that are told apart, and share of the rows below which one at an end is an accident.
+#: Sources that are distinguished, and share of the rows below which one at an end is an accident.
 MAX_SOURCES, SMALL = 32, 0.01
 
 
