@@ -13,6 +13,7 @@ from ur5_ros.config.experiments import load_experiment
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.launcher.launch_arguments import Argument, given, node_name, parameter_files
 from ur5_ros.launcher.launch_file import describe
+from ur5_ros.model.parameters import ArmParameters
 
 CONFIG = Path(config_folder())
 HERE = Path(__file__).resolve().parent
@@ -22,7 +23,8 @@ ARGUMENTS = {
                     'a file.'),
     'control_arm': Argument(LaunchConfiguration('arm'), 'Arm of the law; another one is the '
                             'robustness experiment.'),
-    'experiment': Argument('kebria_fig11', 'A name of config/experiments or a file.'),
+    'experiment': Argument('kebria_fig11', 'A name of config/experiments or a file; none = no '
+                           'experiment and no end: the arm is held until it has a target.'),
     'tf_prefix': Argument('', 'Put before every joint and frame name.'),
     'namespace': Argument('', 'Of both nodes.'),
     'gui': Argument('', "PyBullet's window: true or false (the default of the node).", 'boolean'),
@@ -46,7 +48,7 @@ ARGUMENTS = {
 
 def nodes(values: dict) -> list:
     """Return RViz if it is to be shown, and the two nodes."""
-    experiment, arm = load_experiment(values['experiment']), load_arm(values['control_arm'])
+    start, motion = of_experiment(values['experiment'], load_arm(values['control_arm']))
     if 'control_rate' in values:
         values['physics_rate'] = values['control_rate']
     folder = values.get('bag')
@@ -58,11 +60,8 @@ def nodes(values: dict) -> list:
         values, node_name(namespace, 'ur5_sim'), node_name(namespace, 'ur5_control'))
     sim = given(values, (
         'tf_prefix', 'gui', 'lockstep', 'control_rate', 'physics_rate', 'realtime_factor',
-        'effort_convention')) | {
-            'initial_positions': [float(q) for q in initial_positions(experiment, arm)],
-            'stop_after': float(experiment.duration)}
-    control = given(values, ('tf_prefix', 'effort_convention', 'experiment')) | {
-        'autostart': True}
+        'effort_convention')) | start
+    control = given(values, ('tf_prefix', 'effort_convention')) | motion
     own = {'ur5_sim': {'arm': values['arm']} | bags['sim'],
            'ur5_control': {'arm': values['control_arm']} | bags['control']}
     # RViz first: a package that is missing ends the launch before a node is started
@@ -83,6 +82,16 @@ def nodes(values: dict) -> list:
         output='screen', emulate_tty=True, on_exit=Shutdown(reason='the controller has ended'),
         parameters=[str(CONFIG / 'control.yaml'), *control_files, control | own['ur5_control']])
     return [*shown, simulator, controller]
+
+
+def of_experiment(name: str, arm: ArmParameters) -> tuple[dict, dict]:
+    """Return the parameters that an experiment gives the simulator and the controller."""
+    if name == 'none':
+        return {}, {}
+    experiment = load_experiment(name)
+    start = [float(q) for q in initial_positions(experiment, arm)]
+    return ({'initial_positions': start, 'stop_after': float(experiment.duration)},
+            {'experiment': name, 'autostart': True})
 
 
 def rviz(shown: bool) -> list:

@@ -146,11 +146,19 @@ def test_there_is_a_word_for_no_bag(text):
         launched('sim', bag='')
 
 
+def test_without_an_experiment_the_arm_is_held_without_an_end():
+    simulator, controller = (
+        node.parameters[-1] for node in launched('closed_loop', experiment='none')[0])
+    assert not {'stop_after', 'initial_positions'} & set(simulator)
+    assert not {'experiment', 'autostart'} & set(controller)
+
+
 @pytest.mark.parametrize(('name', 'argument', 'text', 'way_out'), [
     ('closed_loop', 'lockstep', 'maybe', 'true or false'),
     ('sim', 'gui', 'yes please', 'true or false'),
     ('sim', 'loopback', '127.0.0.1', 'true or false'),
     ('closed_loop', 'launch_rviz', '2', 'true or false'),
+    ('closed_loop', 'experiment', 'no_such', 'kebria_fig11'),
     ('sim', 'control_rate', '1e3', 'a whole number'),
     ('sim', 'stop_after', 'never', 'a number'),
     ('sim', 'realtime_factor', 'inf', 'a finite number'),

@@ -1,6 +1,7 @@
 """Parameters as ROS knows them, from the declarations in :mod:`ur5_ros.config.parameters`."""
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from rclpy.parameter import Parameter as RosParameter
 from ur5_ros.config.node_parameters import Record
 from ur5_ros.config.parameter_files import require_sections
 from ur5_ros.config.parameters import Parameter, check
+from ur5_ros.config.strict_yaml import parse_yaml
 from ur5_ros.errors import InputError
 
 _NUMBERS = RosParameter.Type.DOUBLE_ARRAY
@@ -70,12 +72,33 @@ def serve(
     """
     known = {each.name: each for each in parameters}
 
+    wrong: list[InputError] = []
+
     def convert(given: list[RosParameter]) -> list[RosParameter]:
-        """Accept ``kp: 5`` for ``kp: [5.0]``; the check refuses what is wrong."""
-        return [_converted(known.get(each.name), each) for each in given]
+        """Accept ``kp: 5`` for ``kp: [5.0]``; what is wrong, :func:`judge` refuses."""
+        wrong.clear()
+        return [take(each) for each in given]
+
+    def take(given: RosParameter) -> RosParameter:
+        """Return a parameter that rclpy lets pass: it says of a wrong one its type alone."""
+        name = given.name
+        if given.type_ == RosParameter.Type.NOT_SET or (
+                name not in known and node.has_parameter(name)):
+            return given
+        try:
+            return _ros_parameter(known[name], check(known[name], _as_typed(given, known[name])))
+        except KeyError:
+            wrong.append(InputError(f'unknown parameter {name!r}; the parameters are: '
+                                    f'{", ".join(sorted(known))}'))
+            return node.get_parameter('use_sim_time')
+        except InputError as error:
+            wrong.append(error)
+            return node.get_parameter(name)
 
     def judge(given: list[RosParameter]) -> SetParametersResult:
         try:
+            if wrong:
+                raise wrong[0]
             if any(each.name == 'use_sim_time' and each.value for each in given):
                 raise InputError('use_sim_time cannot be set while the node runs')
             checked = {each.name: check(known[each.name], _plain(each.value))
@@ -112,13 +135,13 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
     return descriptor
 
 
-def _converted(parameter: Parameter | None, given: RosParameter) -> RosParameter:
-    if parameter is None:
-        return given
-    try:
-        return _ros_parameter(parameter, check(parameter, _plain(given.value)))
-    except InputError:
-        return given
+def _as_typed(given: RosParameter, parameter: Parameter) -> Any:
+    """Return the value of a parameter; a text is what ``ros2 param`` makes of ``[1.0, 2]``."""
+    value = _plain(given.value)
+    if isinstance(value, str) and not isinstance(parameter.default, str):
+        with suppress(InputError):  # the check says what is wrong with the text
+            return parse_yaml(value, given.name)
+    return value
 
 
 def _ros_parameter(parameter: Parameter, value: Any) -> RosParameter:
