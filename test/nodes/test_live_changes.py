@@ -28,11 +28,7 @@ def value(watcher, node, name):
 
 
 def test_states_go_on_while_the_friction_of_a_live_change_is_compiled(ros):
-    """
-    With a cold cache of kernels, the loop stood still for six seconds.
-
-    In lockstep, as a paced simulator compiles before it starts.
-    """
+    """With a cold cache of kernels, the loop stood still for six seconds."""
     control = ros.start('control', bag='none')
     sim = ros.start('sim', control_rate=100, physics_rate=1000, bag='none',
                     environment={'NUMBA_CACHE_DIR': str(ros.folder / 'cache')})

@@ -11,11 +11,13 @@ M, C, g and J are PyBullet's, at the state before the step; f is friction at the
 
 import struct
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ur5_ros.model.friction import JointFriction
+from ur5_ros.model.kernels.kept import seem_kept
 from ur5_ros.sim.bullet_arm import BulletArm
 from ur5_ros.sim.friction import WORK, kernels
 
@@ -112,6 +114,11 @@ def _compiled() -> Callable[..., int]:
     kernel = kernels().engine_torque
     kernel.prepare()
     return kernel.single
+
+
+def kernels_seem_kept() -> bool:
+    """Return whether :func:`prepare_kernels` seems to have nothing to compile; loads nothing."""
+    return seem_kept(Path(__file__).with_name('integrator_kernel.py'))
 
 
 def prepare_kernels() -> None:

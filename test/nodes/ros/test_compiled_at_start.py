@@ -23,6 +23,7 @@ from ur5_ros.nodes.ros.process import run_node
 
 def create(files, stop):
     node = {name}(files, stop)
+    print('with Numba' if 'numba' in sys.modules else 'without Numba', flush=True)
     on_compile(lambda kernel: print('compiled late:', kernel, flush=True))
     return node
 
@@ -64,6 +65,30 @@ def test_a_paced_simulator_takes_wrenches_and_brakes_without_the_compiler(ros, c
     assert 'compiled late' not in sim.text, sim.text
     assert np.diff(times).max() < LONGEST_GAP
     assert sim.stop() == 0, sim.text
+
+
+def test_a_simulator_in_lockstep_takes_a_wrench_without_the_compiler(ros, cold):
+    """The first wrench was compiled in the loop; once compiled, a start loads nothing for it."""
+    parameters = ('control_rate:=250', 'physics_rate:=1000', 'bag:=none')
+    sim = cold('sim.node', 'SimNode', *parameters)
+    sim.says('waiting for the first command', 300)
+    control = ros.start('control', bag='none')
+    watcher = ros.observer()
+    states = watcher.hear(JointState, '/joint_states')
+    wait_until(lambda: len(states) > 20, 'states')
+    for frame in ('base', 'tool0'):
+        wrench = WrenchStamped()
+        wrench.header.frame_id, wrench.wrench.force.x = frame, 20.0
+        before = np.array(states[-1].position)
+        watcher.publisher(WrenchStamped, '/ur5_sim/external_wrench').publish(wrench)
+        wait_until(lambda: np.abs(states[-1].position - before).max() > 1e-3,
+                   'the wrench to move the arm')
+    assert 'compiling for this processor' in sim.text
+    assert 'compiled late' not in sim.text, sim.text
+    assert sim.stop() == 0, sim.text
+    sim = cold('sim.node', 'SimNode', *parameters)
+    sim.says('without Numba')
+    assert sim.stop() == 0 and control.stop() == 0
 
 
 def test_a_controller_monitors_plans_and_guards_without_the_compiler(ros, cold):

@@ -31,7 +31,7 @@ from ur5_ros.nodes.sim.services import StepQueue, offer_services
 from ur5_ros.nodes.sim.simulation import Simulation, tool_rotation
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.signals import JOINT_NAMES
-from ur5_ros.sim.integrator import prepare_kernels
+from ur5_ros.sim.integrator import kernels_seem_kept, prepare_kernels
 from ur5_ros.sim.lockstep_gate import command_gate
 from ur5_ros.sim.plant import Plant, plant_from_parameters
 from ur5_ros.sim.urdf import urdf_text
@@ -57,7 +57,8 @@ class SimNode:
         self.run_name = run_of(parameters.bag, new_run_name)
         with compiling(self.logger):
             plant = plant_from_parameters(parameters)
-            if not parameters.lockstep:  # wall time goes on while anything is compiled later
+            # wall time goes on while anything is loaded later; in lockstep it may be, not compiled
+            if not (parameters.lockstep and kernels_seem_kept()):
                 prepare_kernels()
                 tool_rotation(plant)
         parameters = self.parameters = update(self.node, parameters, plant.parameters)
