@@ -12,7 +12,7 @@ from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control import planning
 from ur5_ros.control.computed_torque import TorqueLaw
 from ur5_ros.control.execution import TrajectoryExecutor
-from ur5_ros.control.experiment import experiment_trajectory
+from ur5_ros.control.experiment import ExperimentTrajectory, experiment_trajectory
 from ur5_ros.control.force_guard import ForceGuard
 from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
@@ -63,6 +63,8 @@ class Controller:
         Values of ``CONTROL_PARAMETERS``; what is missing takes its default; ``arm`` is not read.
     control_rate : int, optional
         Control periods a second [Hz], where known: the grid of tabled trajectories.
+    experiment : ExperimentTrajectory, optional
+        The experiment of the parameters, where a controller before has made it.
 
     Raises
     ------
@@ -88,14 +90,15 @@ class Controller:
 
     def __init__(self, arm: ArmParameters,
                  parameters: Mapping[str, Any] | ControlParameters | None = None,
-                 control_rate: int | None = None):
+                 control_rate: int | None = None,
+                 experiment: ExperimentTrajectory | None = None):
         self.parameters = ControlParameters.of(parameters)
         self.arm = arm
         self._rate = control_rate
         self._settings = settings_from(self.parameters, self.arm, control_rate)
         self._names = self._settings.joint_names
-        self.experiment = None
-        if self.parameters.experiment:
+        self.experiment = experiment
+        if self.parameters.experiment and experiment is None:
             self.experiment = experiment_trajectory(
                 load_experiment(self.parameters.experiment), self.arm,
                 self._settings.control_rate, self._settings.singularity_margin)

@@ -76,12 +76,13 @@ def test_a_simulator_in_lockstep_takes_a_wrench_without_the_compiler(ros, cold):
     watcher = ros.observer()
     states = watcher.hear(JointState, '/joint_states')
     wait_until(lambda: len(states) > 20, 'states')
+    before: list[np.ndarray] = []
     for frame in ('base', 'tool0'):
         wrench = WrenchStamped()
         wrench.header.frame_id, wrench.wrench.force.x = frame, 20.0
-        before = np.array(states[-1].position)
+        before.append(np.array(states[-1].position))
         watcher.publisher(WrenchStamped, '/ur5_sim/external_wrench').publish(wrench)
-        wait_until(lambda: np.abs(states[-1].position - before).max() > 1e-3,
+        wait_until(lambda: np.abs(states[-1].position - before[-1]).max() > 1e-3,
                    'the wrench to move the arm')
     assert 'compiling for this processor' in sim.text
     assert 'compiled late' not in sim.text, sim.text

@@ -21,8 +21,9 @@ from ur5_ros.signals import JOINT_NAMES, ArmState
 
 #: A robot whose last state came within this wall time has not started again [s].
 STATE_TIMEOUT = 0.3
-#: States wait this wall time for the control rate; later ones are answered by a hold [s].
-RATE_TIMEOUT = 0.5
+#: A state that waits for its answer waits this wall time for the control rate, and where states go
+#: on without one the arm is held after the shorter [s]; the log says so after the longer.
+RATE_TIMEOUT, PACED_RATE_TIMEOUT = 0.5, 0.1
 #: After a silence the report of a simulator that took the old one's place may come so late [s].
 REPORT_TIMEOUT = 1.5
 
@@ -68,7 +69,10 @@ class ControlCycle:
         self._rate = ControlRate(parameters.control_rate)
         self.controller_rate: int | None = self._rate.value or DEFAULT_RATE
         """Rate that the controller is made for [Hz]; None = it holds, as the rate is unknown."""
+        self._tabled_rate = self.controller_rate
         self._awaits_rate = True
+        self._waiting_stamp = 0
+        self._told = False
         self._reported_after = -1
         self._autostart = parameters.autostart
         rate = parameters.monitor_rate
@@ -134,7 +138,7 @@ class ControlCycle:
     def begin_run(self) -> None:
         """Forget the run before: the next state is a first one."""
         self._rate.begin_run(keep_report=self._reported_after == self.stamp)
-        self._awaits_rate, self._reported_after = True, -1
+        self._awaits_rate, self._told, self._reported_after = True, False, -1
         self._make_controller(self._rate.value or self.controller_rate or DEFAULT_RATE)
         self.stamp = 0
         self._last = b''
@@ -176,15 +180,21 @@ class ControlCycle:
 
     def _may_answer(self, stamp: int) -> bool:
         """Return whether the rate is known, or was awaited long enough: the arm is then held."""
-        self.first_at = self.first_at or time.monotonic()
+        now = time.monotonic()
+        if not self.first_at:
+            self.first_at, self._waiting_stamp = now, stamp
         self._rate.observe(stamp)
-        rate = self._rate.value
-        if rate is None and time.monotonic() - self.first_at < RATE_TIMEOUT:
+        rate, waited = self._rate.value, now - self.first_at
+        timeout = RATE_TIMEOUT if stamp == self._waiting_stamp else PACED_RATE_TIMEOUT
+        if rate is None and waited < timeout:
             return False
         if rate != self.controller_rate:
             self._make_controller(rate)
-            self._logger.info(f'{rate} states a second, by the {self._rate.source}' if rate else
-                              'nothing reports the control rate: the arm is held until stamps '
+            if rate is not None:
+                self._logger.info(f'{rate} states a second, by the {self._rate.source}')
+        if rate is None and waited >= RATE_TIMEOUT and not self._told:
+            self._told = True
+            self._logger.info('nothing reports the control rate: the arm is held until stamps '
                               'agree; or give control_rate')
         self._awaits_rate = rate is None
         return True
@@ -194,7 +204,10 @@ class ControlCycle:
         before = self.controller
         parameters = before.parameters.replaced(
             {'autostart': self._autostart and rate is not None})
-        self.controller = Controller(before.arm, parameters, rate)
+        keep = rate in (None, self._tabled_rate)  # to compute the table takes tens of periods
+        self.controller = Controller(before.arm, parameters, rate,
+                                     before.experiment if keep else None)
+        self._tabled_rate = rate or self._tabled_rate
         self.controller_rate = rate
 
     def _monitor(self, state: ArmState, answer: ControlOutput) -> None:
