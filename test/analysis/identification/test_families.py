@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.identification.friction import (
+from ur5_ros.analysis.identification.friction.families import (
     FEATURES,
     choose_family,
     folds_of,

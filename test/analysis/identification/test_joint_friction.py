@@ -7,15 +7,15 @@ import pytest
 
 from ur5_ros.analysis.data.run import Run, States
 from ur5_ros.analysis.identification.arm_file import identified_yaml
-from ur5_ros.analysis.identification.friction import (
+from ur5_ros.analysis.identification.friction.families import (
     FEATURES,
     Family,
     choose_family,
     folds_of,
     friction_features,
 )
+from ur5_ros.analysis.identification.friction.joint_friction import joint_friction_of
 from ur5_ros.analysis.identification.identify import identify, identify_payload
-from ur5_ros.analysis.identification.joint_friction import joint_friction_of
 from ur5_ros.config import load_arm, parse_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics

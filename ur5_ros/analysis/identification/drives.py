@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.identification.friction import Family
-from ur5_ros.analysis.identification.joint_friction import joint_friction_of
+from ur5_ros.analysis.identification.friction.families import Family
+from ur5_ros.analysis.identification.friction.joint_friction import joint_friction_of
 from ur5_ros.analysis.identification.least_squares import blocks_of
 from ur5_ros.analysis.identification.motors import Motors, motors_from, with_motors
 from ur5_ros.analysis.identification.payload import payload_from
-from ur5_ros.analysis.identification.result import Identified, Prediction
-from ur5_ros.analysis.identification.rows import Rows, last_fifth, rows_of
+from ur5_ros.analysis.identification.prediction import without_torque
+from ur5_ros.analysis.identification.result import Identified
+from ur5_ros.analysis.identification.rows import last_fifth, rows_of
 from ur5_ros.analysis.identification.samples import has_currents_alone
 from ur5_ros.analysis.identification.simulation_gate import simulate
 from ur5_ros.errors import InputError
@@ -54,22 +55,13 @@ def drives_alone(runs: Sequence[Run], arm: ArmParameters, test: Run | None, name
         motors.friction_torque(kept.effort, kept.current, kept.friction), kept.sliding,
         (motors.viscous, motors.coulomb))
     found = with_motors(replace(arm, name=name, friction=friction), motors, runs[0])
-    unknown = np.full(6, np.nan)
     return Identified(
         arm=found, base={}, not_excited=(), covariance=np.zeros((0, 0)), viscous=motors.viscous,
         viscous_error=motors.viscous_error, coulomb=motors.coulomb,
         coulomb_error=motors.coulomb_error, family=(_NOTHING,) * 6, terms=({},) * 6,
-        condition=np.nan, moved=0.0, train=_unpredicted(kept, runs[0].name, unknown),
-        test=_unpredicted(tried, tried_name, unknown), motors=motors,
+        condition=np.nan, moved=0.0, train=without_torque(kept, runs[0].name),
+        test=without_torque(tried, tried_name), motors=motors,
         payload=_payload(payload, arm, motors), simulated=simulate(found))
-
-
-def _unpredicted(rows: Rows, run: str, unknown: np.ndarray) -> Prediction:
-    """Return a prediction without errors: there is no torque to compare with."""
-    nothing = np.full_like(rows.effort, np.nan)
-    return Prediction(run, unknown, unknown, unknown, unknown, {
-        'time': rows.time, 'speed': rows.speed, 'torque': nothing, 'predicted': rows.effort,
-        'error': nothing[2:]})
 
 
 def _payload(run: Run | None, arm: ArmParameters, motors: Motors):

@@ -10,8 +10,8 @@ PASSES = 6
 #: A residual beyond so many of its joint's own size loses weight (Huber 1964).
 OUTLYING = 4.0
 
-#: Length of the blocks left out for the standard errors [s], and most of them.
-BLOCK, MOST_BLOCKS = 1.0, 80
+#: Length of the blocks left out for the standard errors [s], least and most of them.
+BLOCK, LEAST_BLOCKS, MOST_BLOCKS = 1.0, 10, 80
 
 #: Directions of the scaled regressor weaker than this carry rounding alone.
 RANK = 1e-6
@@ -79,7 +79,8 @@ def least_squares(
 
 def blocks_of(time: np.ndarray, run: np.ndarray) -> np.ndarray:
     """Return the number of the jackknife's block of each window, runs apart, from time [s]."""
-    length = max(BLOCK, sum(np.ptp(time[run == each]) for each in np.unique(run)) / MOST_BLOCKS)
+    whole = sum(np.ptp(time[run == each]) for each in np.unique(run))
+    length = np.clip(BLOCK, whole / MOST_BLOCKS, max(whole / LEAST_BLOCKS, 1e-9))
     return np.unique((time // length).astype(int) + 1_000_000 * run, return_inverse=True)[1]
 
 
@@ -103,7 +104,7 @@ def _solve(x: np.ndarray, y: np.ndarray, weight: np.ndarray):
     size = np.linalg.norm(rows, axis=0)
     size[size == 0.0] = 1.0
     tall, square = np.linalg.qr(rows / size)
-    left, strength, right = np.linalg.svd(square)
+    left, strength, right = np.linalg.svd(square, full_matrices=False)
     keep = strength > RANK * strength[0]
     basis, strength = right[keep].T, strength[keep]
     along = left[:, keep].T @ (tall.T @ (y * weight).ravel())

@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.external_torque import unexplained_torque
-from ur5_ros.analysis.identification.friction import (
+from ur5_ros.analysis.identification.friction.families import (
     FEATURES,
     LINEAR,
     TEMPERATURE,

@@ -4,33 +4,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.analysis.identification.friction import Family
+from ur5_ros.analysis.identification.friction.families import Family
 from ur5_ros.analysis.identification.motors import Motors
 from ur5_ros.analysis.identification.payload import PayloadEstimate
+from ur5_ros.analysis.identification.prediction import Prediction
 from ur5_ros.analysis.result import plain
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
-
-
-class Prediction(NamedTuple):
-    """Torque of a recording and how well it is predicted, over windows of 0.3 s; shapes (6,)."""
-
-    run: str
-    torque_rms: np.ndarray
-    """Torque, root mean square [N m]."""
-    error_rms: np.ndarray
-    """Error of the physical arm with friction [N m]; NaN where a joint never slides."""
-    error_max: np.ndarray
-    """Largest error [N m]."""
-    fit_rms: np.ndarray
-    """Error of the least squares, which need not be physical [N m]."""
-    series: dict[str, np.ndarray]
-    """``time`` (n,), ``speed``, ``torque``, ``predicted``, (n, 6), ``error`` (n - 2, 6)."""
-
-    def to_plain(self) -> dict[str, Any]:
-        """Return plain values for JSON, without the series."""
-        return {name: value if isinstance(value, str) else value.tolist()
-                for name, value in self._asdict().items() if name != 'series'}
 
 
 class Identified(NamedTuple):

@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.base_parameters import inertial_columns
-from ur5_ros.analysis.identification.friction import friction_features
+from ur5_ros.analysis.identification.friction.families import friction_features
 from ur5_ros.analysis.identification.samples import Samples, mean_temperature, samples_of
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import gravity_torque

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.identification.result import Identified, Prediction
+from ur5_ros.analysis.identification.prediction import Prediction
+from ur5_ros.analysis.identification.result import Identified
 from ur5_ros.analysis.identification.words import unit_of, with_error
 from ur5_ros.analysis.report.document import html_document, markup, write_document
 from ur5_ros.analysis.report.figure import Figure, packed

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ur5_ros.analysis.identification.friction import (
+from ur5_ros.analysis.identification.friction.families import (
     FEATURES,
     LINEAR,
     STRIBECK,
