@@ -119,12 +119,10 @@ def _gaps(run: Run, marks: Marks, steps: np.ndarray, period: float) -> np.ndarra
     """
     if run.sim is not None:
         return np.abs(steps - period) > max(2.0, marks['period'] * period)
-    missing = np.rint(steps / period) - 1
-    missing = np.where(missing == 1, np.rint(_lasting(steps, period)), missing)
     if run.dropped is not None and len(run.dropped):
-        filled = np.diff(np.searchsorted(run.dropped, run.stamp))
-        missing = missing - filled
-    return missing > 0
+        steps = steps - np.diff(np.searchsorted(run.dropped, run.stamp)) * period
+    missing = np.rint(steps / period) - 1
+    return np.where(missing == 1, np.rint(_lasting(steps, period)), missing) > 0
 
 
 def _lasting(steps: np.ndarray, period: float) -> np.ndarray:

@@ -1,5 +1,6 @@
 """A robot's log in the forms of recorders and spreadsheets: the same numbers are read."""
 
+import gzip
 import re
 from datetime import UTC, datetime
 
@@ -91,6 +92,13 @@ FORMS = {
     'milliseconds': lines(scale=1e3, start=0.0), 'microseconds': lines(scale=1e6, start=0.0),
     'milliseconds since 1970': lines(scale=1e3), 'microseconds since 1970': lines(scale=1e6),
     'nanoseconds since 1970': lines(scale=1e9, form='{:.0f}'),
+    'a minus sign of a text program': [lines()[0], *(row.replace('-', '\N{MINUS SIGN}')
+                                                     for row in lines()[1:])],
+    'UTF-32': '\n'.join(lines()).encode('utf-32'),
+    'two compressed parts': gzip.compress('\n'.join(lines()[:50]).encode() + b'\n')
+    + gzip.compress('\n'.join(lines()[50:]).encode()),
+    'the time in the last column': [','.join([*row.split(',')[1:], row.split(',')[0]])
+                                    for row in lines()],
     'dates': [lines()[0], *(','.join([datetime.fromtimestamp(
         float(row.split(',')[0]), UTC).isoformat(), row.partition(',')[2]])
         for row in lines()[1:])],
@@ -172,3 +180,87 @@ def test_temperatures_of_the_joints_come_with_the_run(tmp_path):
     assert run.temperature is not None and run.temperature.shape == (N, 6)
     np.testing.assert_allclose(run.temperature[0], 25.0)  # recorded once a second
     assert validate(run).check('kinematics').verdict == 'pass'
+
+
+def stamps(seconds, nanoseconds):
+    """Return a log with seconds and nanoseconds in columns of these names."""
+    rows = [f'1780000000,{round(t * 1e9)},{row.partition(",")[2]}'
+            for t, row in zip(T, lines()[1:], strict=True)]
+    return [f'{seconds},{nanoseconds},{lines()[0].partition(",")[2]}', *rows]
+
+
+CHOSEN = {
+    'elapsed_time': renamed(lambda name: name.replace('timestamp', 'elapsed_time')),
+    'robot_time': renamed(lambda name: name.replace('timestamp', 'Robot time [s]')),
+    'sec and nanosec': stamps('sec', 'nanosec'),
+    'header_stamp_sec and header_stamp_nanosec': stamps('header.stamp.sec',
+                                                        'header.stamp.nanosec'),
+}
+
+
+@pytest.mark.parametrize('names', CHOSEN)
+def test_a_time_of_another_name_is_taken_and_named(tmp_path, names):
+    found = read(tmp_path, CHOSEN[names])
+    np.testing.assert_allclose(found.t - found.t[0], T, atol=1e-6)
+    assert len(found.remarks) == 1 and found.remarks[0].endswith(names)
+
+
+OUT_OF_ORDER = {
+    'backwards': ([lines()[0], *lines()[:0:-1]], 'turned round', N),
+    'one row ahead': ([*lines()[:50], lines()[80], *lines()[51:]],
+                      '1 rows of 120 go back in time, or are ahead.*line 51', N - 1),
+    'two rows swapped': ([*lines()[:50], lines()[51], lines()[50], *lines()[52:]],
+                         '1 rows of 120 go back in time.*line 51', N - 1),
+    'a second recording, shorter': ([*lines(), *lines(start=START - 9.0)[1:41]],
+                                    '40 rows of 160 are of another recording.*line 122', N),
+    'a second recording, longer': ([*lines(start=START + 0.1)[:41], *lines()[1:]],
+                                   '40 rows of 160 are of another recording.*line 2', N),
+    'three recordings': ([*lines()[:41], *lines()[1:], *lines()[1:41]],
+                         '80 rows of 200 are of another recording.*line 2', N),
+    'the names again between rows': ([*lines()[:61], lines()[0], *lines()[61:]],
+                                     "line 62: timestamp = 'timestamp'", N),
+}
+
+
+@pytest.mark.parametrize('how', OUT_OF_ORDER)
+def test_of_rows_out_of_order_the_longest_recording_is_taken(tmp_path, how):
+    text, says, rows = OUT_OF_ORDER[how]
+    found = read(tmp_path, text)
+    assert re.search(says, '; '.join(found.remarks)) and len(found.t) == rows
+    assert np.all(np.diff(found.t) > 0.0)
+    which = np.rint((found.t - found.t[0]) / 0.002).astype(int)
+    np.testing.assert_allclose(found.values['q'], Q[which], atol=1e-8)
+
+
+@pytest.mark.parametrize('spoil, whole', [
+    (lambda data: data[:-200], False), (lambda data: data + b'noise', True),
+    (lambda data: data[:5000] + bytes(300) + data[5300:], False)])
+def test_a_damaged_compressed_log_is_read_as_far_as_it_goes(tmp_path, spoil, whole):
+    found = read(tmp_path, spoil(gzip.compress('\n'.join(lines()).encode())))
+    assert any('compressed file is cut or damaged' in remark for remark in found.remarks)
+    assert len(found.t) == N if whole else N // 4 < len(found.t) < N
+    np.testing.assert_allclose(found.values['q'], Q[:len(found.t)], atol=1e-8)
+
+
+def test_a_gap_does_not_change_the_unit_of_the_time(tmp_path):
+    late = [','.join([f'{float(row.split(",")[0]) + 1e6:.6f}', row.partition(',')[2]])
+            for row in lines(start=0.0)[61:]]
+    found = read(tmp_path, [*lines(start=0.0)[:61], *late])
+    assert found.remarks == [] and found.t[-1] == pytest.approx(1e6 + T[-1])
+
+
+@pytest.mark.parametrize('stamp', ['15:00:00.004', '27.11.2026 15:00:00', '11/27/2026 3:00 PM'])
+def test_a_cell_that_is_no_number_is_named_with_its_column(tmp_path, stamp):
+    with pytest.raises(InputError, match=re.escape(f"line 2: timestamp = '{stamp}'")):
+        read(tmp_path, [lines()[0], *(f'{stamp},{row.partition(",")[2]}'
+                                      for row in lines()[1:])])
+
+
+@pytest.mark.parametrize('value, says', [('-1', 'declared payload is -1 kg'),
+                                         ('nan', 'payload has numbers in 0% of the rows')])
+def test_a_payload_that_none_can_be_is_left_out_and_said(tmp_path, value, says):
+    (tmp_path / 'log.csv').write_text('\n'.join(
+        f'{row},{value if i else "payload"}' for i, row in enumerate(lines())))
+    sentences = '; '.join(import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5e'))
+    assert says in sentences and 'its six' not in sentences
+    assert load_run(tmp_path / 'run').required_control.arm.payload.mass == 0.0

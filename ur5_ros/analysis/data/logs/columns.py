@@ -21,8 +21,13 @@ COLUMNS = {
     'temperature': ('joint_temperature_{1}', 'joint_temperatures_{0}'),
 }
 
-#: Names of the time, and of the declared payload: mass [kg], centre of mass [m].
+#: Names of the time; words of which one is in another name of it; names of its seconds and
+#: nanoseconds where they are two columns.
 TIME = ('t', 'timestamp', 'time')
+TIME_WORDS = {'time', 'timestamp', 'stamp', 'seconds', 'sec', 'secs'}
+NANOSECONDS = {'nanosec', 'nsec', 'nsecs', 'nanoseconds', 'nanosecs'}
+
+#: Names of the declared payload: mass [kg], centre of mass [m].
 PAYLOAD = ('payload', 'payload_mass')
 PAYLOAD_COM = 'payload_cog_{0}'
 
@@ -127,11 +132,8 @@ def find_columns(names: Sequence[str], log: Path) -> LogColumns:
     places: dict[str, int] = {}
     for i, (name, _) in enumerate(plain):
         places.setdefault(name, i)
-    time = next((places[name] for name in TIME if name in places), None)
-    if time is None:
-        raise InputError(f'{log}: no column {" or ".join(TIME)}; the first columns are '
-                         f'{", ".join(names[:4])[:80]!r}; name them with --columns')
-    found, remarks = {'time': [time]}, []
+    remarks: list[str] = []
+    found = {'time': _time_columns(places, names, log, remarks)}
     for quantity, forms in COLUMNS.items():
         columns, missing = _six(forms, places)
         if columns:
@@ -144,8 +146,8 @@ def find_columns(names: Sequence[str], log: Path) -> LogColumns:
     if 'q' not in found:
         either, other = COLUMNS['q']
         raise InputError(f'{log}: no columns {either.replace("{1}", "1..6")} or '
-                         f'{other.replace("{0}", "0..5")}; they are needed: name them with '
-                         '--columns')
+                         f'{other.replace("{0}", "0..5")}; they are needed, the first columns are '
+                         f'{_first(names)}; name them with --columns')
     mass = next((places[name] for name in PAYLOAD if name in places), None)
     if mass is not None:
         found['payload'] = [mass]
@@ -154,6 +156,27 @@ def find_columns(names: Sequence[str], log: Path) -> LogColumns:
             found['payload_com'] = [column for column in com if column is not None]
     _refuse_doubles(plain, names, found, log)
     return LogColumns(found, _factors(found, plain, names, log), remarks)
+
+
+def _time_columns(places: Mapping[str, int], names: Sequence[str], log: Path,
+                  remarks: list[str]) -> list[int]:
+    """Return the place of the time, or those of its seconds and nanoseconds."""
+    known = next((name for name in TIME if name in places), None)
+    if known is not None:
+        return [places[known]]
+    words = {name: set(name.split('_')) for name in places}
+    whole = [name for name, each in words.items() if each & TIME_WORDS and not each & NANOSECONDS]
+    parts = [name for name, each in words.items() if each & NANOSECONDS]
+    if len(whole) == 1 and len(parts) <= 1:
+        remarks.append(f'the time is that of the column{"s" if parts else ""} '
+                       f'{" and ".join([*whole, *parts])}')
+        return [places[name] for name in (*whole, *parts)]
+    raise InputError(f'{log}: no column {" or ".join(TIME)}; the first columns are '
+                     f'{_first(names)}; name them with --columns')
+
+
+def _first(names: Sequence[str]) -> str:
+    return repr(', '.join(names[:4])[:80])
 
 
 def _refuse_doubles(plain: Sequence[Column], names: Sequence[str], found: dict[str, list[int]],

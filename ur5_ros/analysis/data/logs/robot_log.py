@@ -73,6 +73,8 @@ def _arm_of(table: LogTable, arm: str) -> tuple[str, list[str]]:
     if len(values) > 1:
         sentences.append(f'the declared payload changes from {masses.min():.4g} to '
                          f'{masses.max():.4g} kg; {mass:.4g} kg, in most rows, was taken')
+    if mass < 0.0:
+        sentences.append(f'the declared payload is {mass:.4g} kg, which none has: it was left out')
     if mass <= 0.0:
         return text, sentences
     com = np.zeros(3)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.logs.columns import COLUMNS, LARGEST, LogColumns, find_columns
 from ur5_ros.analysis.data.logs.text import LogText, cells_of, number, read_log
+from ur5_ros.analysis.data.logs.time_order import time_order
 from ur5_ros.analysis.data.logs.time_unit import seconds_of
 from ur5_ros.errors import InputError
 
@@ -36,14 +37,19 @@ def read_table(log: Path, columns: str | None = None) -> LogTable:
     """Return the rows of a log that count, as far as its columns are used."""
     text = read_log(log, columns)
     found = find_columns(text.names, log)
+    found = found._replace(remarks=[*text.remarks, *found.remarks])
     used = [i for places in found.places.values() for i in places]
     table, good, broken = _numbers(text, used)
+    table, found = _time_as_one(table, found)
     lines = np.array(text.lines)
-    return _countable(log, table, lines[good], lines[broken], found, len(text.rows))
+    places = np.array([row for row, _ in broken], dtype=int)
+    return _countable(log, table, lines[good], lines[places], broken[0][1] if broken else '',
+                      found, len(text.rows))
 
 
-def _numbers(text: LogText, used: list[int]) -> tuple[np.ndarray, list[int], list[int]]:
-    """Return the used columns, the rows that they are of, and the rows that are broken."""
+def _numbers(text: LogText, used: list[int],
+             ) -> tuple[np.ndarray, list[int], list[tuple[int, str]]]:
+    """Return the used columns, the rows that they are of, and the broken rows with the reason."""
     separator, width = text.separator, len(text.names)
     if separator is None or all(row.count(separator) + 1 == width for row in text.rows):
         try:  # at once, which is many times faster
@@ -54,16 +60,26 @@ def _numbers(text: LogText, used: list[int]) -> tuple[np.ndarray, list[int], lis
             pass
     rows, good, broken = [], [], []
     for i, row in enumerate(text.rows):
-        cells = cells_of(row, separator)
-        try:
-            if len(cells) != width:
-                raise ValueError
-            time, *others = (cells[column] for column in used)
-            rows.append([_time(time), *map(number, others)])
+        values, reason = _parsed(cells_of(row, separator), used, text.names)
+        if reason:
+            broken.append((i, reason))
+        else:
+            rows.append(values)
             good.append(i)
-        except ValueError:
-            broken.append(i)
     return np.array(rows, float).reshape(-1, len(used)), good, broken
+
+
+def _parsed(cells: list[str], used: list[int], names: list[str]) -> tuple[list[float], str]:
+    """Return the numbers of a row, the time first; and why it is broken, empty where it is not."""
+    if len(cells) != len(names):
+        return [], f'{len(cells)} cells instead of {len(names)}'
+    values: list[float] = []
+    for column in used:
+        try:
+            values.append(number(cells[column]) if values else _time(cells[column]))
+        except ValueError:
+            return [], f'{names[column].strip()} = {cells[column][:30]!r}'
+    return values, ''
 
 
 def _time(cell: str) -> float:
@@ -74,12 +90,21 @@ def _time(cell: str) -> float:
         return datetime.fromisoformat(cell).timestamp()
 
 
-def _countable(log: Path, table: np.ndarray, lines: np.ndarray, broken: np.ndarray,
+def _time_as_one(table: np.ndarray, found: LogColumns) -> tuple[np.ndarray, LogColumns]:
+    """Return table and columns with seconds and nanoseconds of the time added."""
+    if len(found.places['time']) == 1:
+        return table, found
+    table = np.column_stack([table[:, 0] + 1e-9 * table[:, 1], table[:, 2:]])
+    return table, found._replace(places={**found.places, 'time': found.places['time'][:1]},
+                                 factors={**found.factors, 'time': 1.0})
+
+
+def _countable(log: Path, table: np.ndarray, lines: np.ndarray, broken: np.ndarray, reason: str,
                found: LogColumns, total: int) -> LogTable:
     """Return the rows that are numbers a robot can have, at times that increase."""
     table, found = _measured(table, found)
     remarks = list(found.remarks)
-    _remark(remarks, broken, total, 'are cut off or no numbers')
+    _remark(remarks, broken, total, 'are cut off or no numbers', reason)
     limits = np.concatenate([np.full(len(places), LARGEST[name])
                              for name, places in found.places.items()])
     with np.errstate(invalid='ignore'):
@@ -87,22 +112,25 @@ def _countable(log: Path, table: np.ndarray, lines: np.ndarray, broken: np.ndarr
     _remark(remarks, lines[~good], total, 'hold a value that is no number or impossible')
     every = np.concatenate([broken, lines])
     table, lines = table[good], lines[good]
-    t = table[:, 0]
-    later = np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]]) if len(t) else good[:0]
-    same = np.concatenate([[False], t[1:] == t[:-1]]) if len(t) else good[:0]
-    _remark(remarks, lines[~later & same], total, 'repeat the time of the row before')
-    _remark(remarks, lines[~later & ~same], total, 'go back in time')
-    table, lines = table[later], lines[later]
-    if len(table) < 2 or len(table) < LEAST_SHARE * total:
+    found_order = time_order(table[:, 0])
+    if found_order.turned:
+        remarks.append('the rows run backwards in time; they were turned round')
+    _remark(remarks, lines[found_order.repeated], total, 'repeat the time of the row before')
+    _remark(remarks, lines[found_order.stray], total, 'go back in time, or are ahead of it')
+    others = lines[found_order.others]
+    _remark(remarks, others, total, 'are of another recording in the same file')
+    table, lines = table[found_order.order], lines[found_order.order]
+    if len(table) < 2 or len(table) < LEAST_SHARE * (total - len(others)):
         raise InputError(f'{log}: {len(table)} of {total} rows can be used'
                          f'{" (" + "; ".join(remarks) + ")" if remarks else ""}; at least two '
                          'whole rows, and half of all, are needed')
     values = _values(table, found)
     t = seconds_of(values.pop('time')[:, 0], values, 'time' in found.factors, remarks)
     _refuse_degrees(log, values['q'], lines)
-    dropped = np.setdiff1d(every, lines)
-    dropped = dropped[(dropped > lines[0]) & (dropped < lines[-1])]
-    return LogTable(t, values, remarks, np.interp(dropped, lines, t))
+    dropped = np.setdiff1d(every, np.concatenate([lines, others]))
+    dropped = dropped[(dropped > lines.min()) & (dropped < lines.max())]
+    ascending = np.argsort(lines)
+    return LogTable(t, values, remarks, np.interp(dropped, lines[ascending], t[ascending]))
 
 
 def _measured(table: np.ndarray, found: LogColumns) -> tuple[np.ndarray, LogColumns]:
@@ -117,9 +145,10 @@ def _measured(table: np.ndarray, found: LogColumns) -> tuple[np.ndarray, LogColu
             places[name], keep = columns, keep + own
         else:
             lost = int(np.argmin(share))
-            remarks.append(f'column {COLUMNS[name][1].format(lost) if name in COLUMNS else name} '
-                           f'has numbers in {share[lost]:.0%} of the rows: it and the others of '
-                           'its six are not used')
+            which, others = ((COLUMNS[name][1].format(lost), 'it and the others of its six are')
+                             if name in COLUMNS else (name, 'it is'))
+            remarks.append(f'column {which} has numbers in {share[lost]:.0%} of the rows: '
+                           f'{others} not used')
     return table[:, keep], found._replace(places=places, remarks=remarks)
 
 
@@ -143,6 +172,8 @@ def _refuse_degrees(log: Path, q: np.ndarray, lines: np.ndarray) -> None:
             'columns so, as actual_q_0 [deg], there or by --columns')
 
 
-def _remark(remarks: list[str], lines: np.ndarray, total: int, why: str) -> None:
+def _remark(remarks: list[str], lines: np.ndarray, total: int, why: str,
+            reason: str = '') -> None:
     if len(lines):
-        remarks.append(f'{len(lines)} rows of {total} {why}: dropped (first: line {lines[0]})')
+        first = f'line {lines[0]}{": " if reason else ""}{reason}'
+        remarks.append(f'{len(lines)} rows of {total} {why}: dropped (first: {first})')

@@ -1,8 +1,8 @@
 """The text of a robot's log: its encoding, separator, names and rows."""
 
 import csv
-import gzip
 import re
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -23,6 +23,13 @@ PREAMBLE = 60
 
 SEPARATORS = (';', '\t', '|', ',')
 
+#: How a gzip file begins, what zlib calls its form, and bytes that are decompressed at a time.
+_GZIP, _GZIP_BITS, _BLOCK = b'\x1f\x8b', 31, 1 << 12
+
+#: Marks of Unicode at the beginning, the longer ones first.
+_MARKS = {b'\xff\xfe\0\0': 'utf-32', b'\0\0\xfe\xff': 'utf-32', b'\xff\xfe': 'utf-16',
+          b'\xfe\xff': 'utf-16'}
+
 _COMMENT = ('#', '%', '//')
 _DECIMAL_COMMA = re.compile(r'"?\s*[-+]?\d+,\d+')
 _VECTOR = re.compile(r'"?[\[(]([^\])"]*,[^\])"]*|[^\])",]* [^\])",]*)[\])]"?')
@@ -37,6 +44,8 @@ class LogText(NamedTuple):
     """Number of the line of each row, from 1."""
     separator: str | None
     """None for spaces."""
+    remarks: list[str]
+    """What of the file could not be read."""
 
 
 def read_log(log: Path, columns: str | None) -> LogText:
@@ -46,7 +55,8 @@ def read_log(log: Path, columns: str | None) -> LogText:
     InputError if it is no such log, its columns have no names, or rows are wider than the names.
 
     """
-    lines = _text(log).splitlines()
+    remarks: list[str] = []
+    lines = _text(log, remarks).splitlines()
     at = [i for i, line in enumerate(lines) if line.strip(' #%/\t')]
     if not at:
         raise InputError(f'{log}: is empty; give a log with names and at least two whole rows')
@@ -73,7 +83,7 @@ def read_log(log: Path, columns: str | None) -> LogText:
         raise InputError(f'{log}: the names are {len(names)}, the first row has '
                          f'{_width(body[0], separator)} columns; make them agree, or name the '
                          'columns with --columns')
-    return LogText(names, body, [i + 1 for i in rows], separator)
+    return LogText(names, body, [i + 1 for i in rows], separator, remarks)
 
 
 def cells_of(line: str, separator: str | None) -> list[str]:
@@ -91,20 +101,50 @@ def number(cell: str) -> float:
     return float(cell.replace(',', '.') or 'nan')
 
 
-def _text(log: Path) -> str:
+def _text(log: Path, remarks: list[str]) -> str:
+    """Return the text of a file, decompressed as far as it goes, minus signs as ASCII has them."""
     try:
-        with open(log, 'rb') as plain:
-            zipped = plain.read(2) == b'\x1f\x8b'
-        with (gzip.open if zipped else open)(log, 'rb') as file:
+        with open(log, 'rb') as file:
             data = file.read(MAX_BYTES + 1)
-    except (OSError, EOFError) as error:
-        raise InputError(f'{log}: cannot be read: {getattr(error, "strerror", None) or error}'
-                         ) from None
+    except OSError as error:
+        raise InputError(f'{log}: cannot be read: {error.strerror}') from None
+    if data.startswith(_GZIP):
+        data = _decompressed(data, log, remarks)
     if len(data) > MAX_BYTES:
         raise InputError(f'{log}: more than {MAX_BYTES} bytes; split it')
+    return _decoded(data, log).replace('\N{MINUS SIGN}', '-')
+
+
+def _decompressed(data: bytes, log: Path, remarks: list[str]) -> bytes:
+    """Return what a gzip file holds, as far as it is whole."""
+    parts, size, stream = [], 0, zlib.decompressobj(wbits=_GZIP_BITS)
+    at, damaged = 0, False
+    while at < len(data) and size <= MAX_BYTES:
+        if stream.eof:  # files behind each other are one
+            if not data.startswith(_GZIP, at):
+                damaged = bool(data[at:].strip(b'\0'))
+                break
+            stream = zlib.decompressobj(wbits=_GZIP_BITS)
+        try:
+            parts.append(stream.decompress(data[at:at + _BLOCK]))
+        except zlib.error:
+            damaged = True
+            break
+        size += len(parts[-1])
+        at = min(at + _BLOCK, len(data)) - len(stream.unused_data)
+    if not size:
+        raise InputError(f'{log}: no whole gzip file; copy it again')
+    if damaged or not stream.eof:
+        remarks.append('the compressed file is cut or damaged; it was read as far as it goes')
+    return b''.join(parts)
+
+
+def _decoded(data: bytes, log: Path) -> str:
+    """Return bytes as text: Unicode by its mark, else UTF-8, else the one of Windows."""
     try:
-        if data.startswith((b'\xff\xfe', b'\xfe\xff')):
-            return data.decode('utf-16')
+        for mark, encoding in _MARKS.items():
+            if data.startswith(mark):
+                return data.decode(encoding)
         if b'\0' in data[:4096]:
             raise ValueError
         try:

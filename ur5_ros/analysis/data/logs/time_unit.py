@@ -13,6 +13,9 @@ LATEST = 1e11
 #: Slowest and fastest rate that a log has where no velocity decides [Hz].
 SLOWEST, FASTEST = 0.9, 1e4
 
+#: Steps of the time so many times the usual one are gaps.
+LONG = 10.0
+
 #: Factor between positions and integrated velocities from which on the unit is another one.
 APART = 10.0
 
@@ -41,9 +44,10 @@ def _by_velocity(t: np.ndarray, values: Mapping[str, np.ndarray]) -> float | Non
     """Return the unit by which positions are integrated velocities; None without a motion."""
     if 'qd' not in values:
         return None
-    way = np.abs(np.diff(values['q'], axis=0)).sum()
-    qd = values['qd']
-    integral = (0.5 * np.abs(qd[1:] + qd[:-1]) * np.diff(t)[:, None]).sum()
+    step, qd = np.diff(t), values['qd']
+    near = step <= LONG * np.median(step)  # the velocity within a gap is not known
+    way = np.abs(np.diff(values['q'], axis=0)[near]).sum()
+    integral = (0.5 * np.abs(qd[1:] + qd[:-1]) * step[:, None])[near].sum()
     if way < 1e-3 or not integral > 0.0:
         return None
     ratio = way / integral
