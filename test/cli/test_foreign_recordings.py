@@ -55,6 +55,25 @@ def test_identify_refuses_an_effort_that_is_no_torque_and_names_the_option(ur5, 
     assert refused.err.count('\n') == 1
 
 
+@pytest.mark.parametrize('spoil, arm, says', [
+    (lambda made: made.effort, 'ur10', 'ur5e fits, with 0.00%: give --arm ur5e'),
+    (lambda made: made.qd, 'ur5e', 'none of the known arms fits'),
+    (lambda made: made.effort[:, [2, 1, 0, 3, 4, 5]], 'ur5e', 'none of the known arms fits')])
+def test_identify_refuses_what_is_no_torque_of_the_arm(ur5, tmp_path, spoil, arm, says):
+    made = motion()
+    write_bag(tmp_path / 'other', {'/joint_states': arm_messages(made.with_(effort=spoil(made)))})
+    refused = ur5('identify', 'other', '--arm', arm, '-o', 'found.yaml')
+    assert refused.code == 2 and f'no torque of arm {arm}' in refused.err and says in refused.err
+    assert refused.err.count('\n') == 1 and not (tmp_path / 'found.yaml').exists()
+
+
+def test_identify_of_less_than_a_second_names_what_it_does_not_tell(ur5, tmp_path):
+    write_bag(tmp_path / 'short', {'/joint_states': arm_messages(motion(n=340))})
+    refused = ur5('identify', 'short', '--arm', 'ur5e', '-o', 'found.yaml')
+    assert refused.code == 2 and 'base parameters, too few' in refused.err
+    assert refused.err.count('\n') == 1 and not (tmp_path / 'found.yaml').exists()
+
+
 def test_render_and_compare_take_the_arm_of_a_bag_that_does_not_state_it(ur5, plain, tmp_path):
     assert ur5('render', str(plain), '-o', 'a.png').code == 2
     assert ur5('render', str(plain), '--arm', 'ur5e', '-o', 'a.png').code == 0

@@ -30,8 +30,18 @@ GRAVITY_SHARE = 0.02
 #: and in N m/mA.
 LARGEST_DRIVE, MOST_OF_MILLI = 50.0, 0.05
 
+#: What factors of any size leave, as a share of how much the torque varies, what joint torque must
+#: leave for them to be the meaning, and the logarithm of a factor that is joint torque itself.
+SURE, FAR, NEAR_ONE = 0.1, 0.3, 0.2
+
 #: Spread of the factors under which the effort is torque in another unit.
 ALIKE = 0.02
+
+#: An arm that leaves more of the effort unexplained, as a share of it, does not fit.
+FITS = 0.3
+
+#: Lengths of two arms that differ by less are the same [m].
+SAME_LENGTH = 1e-3
 
 #: Relative spread below which an effort is constant, and above which the motion is not at rest.
 CONSTANT, VARYING = 1e-3, 0.02
@@ -60,6 +70,9 @@ class Hypothesis(NamedTuple):
     """Mass at the tool with which it fits so [kg]."""
     joints: tuple[int, ...] = ()
     """The joints that it holds for, of ``other_sign`` and ``constant``; empty for all."""
+    varies: float = 0.0
+    """How much the torque varies, of ``current``: standard deviation as a share of the RMS, of
+    the joint where it is least."""
 
 
 class ArmFit(NamedTuple):
@@ -114,7 +127,7 @@ def best_meaning(found: Sequence[Hypothesis], limit: float) -> Hypothesis:
         better = each.misfit <= min(limit, CLEARLY_BETTER * total.misfit)
         if each.meaning == 'constant' or (better and each.meaning != 'current'):
             return each
-        if better and is_plausible_current(each):
+        if better and (is_plausible_current(each) or _is_sure(each, total)):
             return each
     return total
 
@@ -148,6 +161,13 @@ def arms_by_meaning(run: Run) -> list[tuple[str, Hypothesis]]:
 def known_arms() -> dict[str, ArmParameters]:
     """Return the arms of config/arms, by name."""
     return {name: load_arm(name) for name in list_arms()}
+
+
+def has_geometry_of(arm: ArmParameters, name: str) -> bool:
+    """Return whether an arm has the lengths of a known one, signs of the angles aside."""
+    other = known_arms()[name]
+    return bool(np.abs(np.abs(arm.a) - np.abs(other.a)).max() < SAME_LENGTH
+                and np.abs(np.abs(arm.d) - np.abs(other.d)).max() < SAME_LENGTH)
 
 
 def drive_factors(
@@ -229,7 +249,17 @@ def _matters(effort: np.ndarray) -> np.ndarray:
 
 def _current(effort, torque, samples: SampleBlocks) -> Hypothesis:
     factors, model = fit_current(effort, torque, samples)
-    return Hypothesis('current', relative_size(effort - model, effort), tuple(factors.tolist()))
+    size = np.sqrt(np.mean(torque**2, axis=0))
+    varies = (np.std(torque, axis=0) / np.maximum(size, 1e-12))[_matters(effort)]
+    return Hypothesis('current', relative_size(effort - model, effort), tuple(factors.tolist()),
+                      varies=float(varies.min()))
+
+
+def _is_sure(found: Hypothesis, total: Hypothesis) -> bool:
+    """Return whether a factor a joint, of any size but one, explains what no torque would do."""
+    factors = np.array([each for each in found.factors if np.isfinite(each)])
+    other = len(factors) > 0 and factors.min() > 0.0 and abs(np.log(np.median(factors))) > NEAR_ONE
+    return bool(other and found.misfit < SURE * found.varies and total.misfit > FAR)
 
 
 def is_plausible_current(found: Hypothesis) -> bool:
@@ -251,7 +281,7 @@ def words_of_factors(factors: Sequence[float]) -> tuple[str, str]:
     middle = float(np.median(known))
     if len(known) > 2 and np.ptp(known) < ALIKE * abs(middle):
         return 'joint torque in another unit', f'{middle:.4g} N m a unit at every joint'
-    if abs(middle) > LARGEST_DRIVE:
+    if abs(middle) > LARGEST_DRIVE or MOST_OF_MILLI < abs(middle) < LEAST_FACTOR:
         return ('joint torque in another unit', 'joints 1 to 6: ' + ', '.join(
             '-' if np.isnan(each) else f'{each:.4g}' for each in factors) + ' N m a unit')
     milli = abs(middle) < MOST_OF_MILLI

@@ -27,7 +27,7 @@ from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.diagnosis.compensation import compensation_check
-from ur5_ros.analysis.effort import WORDS, arms_by_meaning, fitting_arms
+from ur5_ros.analysis.effort import FITS, WORDS, arms_by_meaning, fitting_arms
 from ur5_ros.analysis.injected import injections
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.config.validation import Marks, load_marks
@@ -36,9 +36,6 @@ from ur5_ros.errors import InputError
 #: Checks of the motion itself; without one of them no verdict can be a pass.
 EVIDENCE = ('residual, controller arm', 'residual, simulator arm', 'inverse dynamics', 'law',
             'error step', 'error continuous', 'kinematics')
-
-#: An arm that leaves more of the effort unexplained, as a share of it, does not fit.
-FITS = 0.3
 
 
 def validate(run: Run, marks: Marks | None = None) -> Result:

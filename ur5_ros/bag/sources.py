@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.bag.mcap.reader import McapReader, MessageSource
-from ur5_ros.bag.mcap.records import CHECKSUM, checksum
+from ur5_ros.bag.mcap.records import CHECKSUM, MAGIC, checksum
 from ur5_ros.bag.metadata import NAME, Information, read_metadata
 from ur5_ros.bag.rosbag2_folder import DESCRIPTION_RECORD, NOTE_RECORD
 from ur5_ros.bag.sqlite3_reader import SQLITE3_MAGIC, ZSTANDARD_MAGIC, Sqlite3Reader
@@ -98,7 +98,7 @@ def _open_file(path: Path, report: Report) -> MessageSource:
     for magic, command in COMPRESSED.items():
         if start.startswith(magic):
             raise BagError(f'{path}: a compressed file; decompress it with: {command} {path.name}')
-    if start == SQLITE3_MAGIC or path.suffix == '.db3':
+    if start == SQLITE3_MAGIC or path.suffix == '.db3' and not start.startswith(MAGIC):
         return Sqlite3Reader(path, report)
     return McapReader(path, report)
 

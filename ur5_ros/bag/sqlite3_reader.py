@@ -22,6 +22,10 @@ UNFINISHED = ('-wal', '-journal')
 #: How a message begins that was compressed by rosbag2.
 ZSTANDARD_MAGIC = b'\x28\xb5\x2f\xfd'
 
+#: What a file is called that is none.
+_OTHER = 'no sqlite3 file; give the bag that was recorded'
+_EMPTY = 'no sqlite3 file: it holds nothing, its writer ended before the first record'
+
 #: Rows that are fetched at once.
 _ROWS = 2000
 
@@ -46,8 +50,9 @@ class Sqlite3Reader:
         try:
             self.size = path.stat().st_size
             with open(path, 'rb') as file:
-                if file.read(len(SQLITE3_MAGIC)) != SQLITE3_MAGIC:
-                    raise BagError(f'{path}: no sqlite3 file')
+                start = file.read(len(SQLITE3_MAGIC))
+            if start != SQLITE3_MAGIC:
+                raise BagError(f'{path}: {_OTHER if start else _EMPTY}')
             self._opened = self._with_unfinished()
             self._topics = self._read_topics()
         except OSError as error:

@@ -154,10 +154,14 @@ def export(
     out: Annotated[Path, typer.Option(
         '-o', '--out', metavar='FILE', help='.csv, .parquet, or .rrd for Rerun.',
         show_default=False)],
+    arm: ShownArm = None,
+    topic: Topics = None,
+    joint_prefix: JointPrefix = None,
 ) -> int:
     """Write a run as a table or a scene for other tools."""
     from ur5_ros.cli.commands import export as work
-    return work.export(run, out)
+    from ur5_ros.cli.reading import showing_options
+    return work.export(run, out, showing_options(topic, joint_prefix, arm))
 
 
 @app.command()

@@ -531,6 +531,9 @@ UNITS = {
     'motor current in mA': lambda effort: 1000.0 * effort / DRIVE,
     'motor current with the other sign': lambda effort: -effort / DRIVE,
     'joint torque in another unit': lambda effort: 1000.0 * effort,
+    # per cent of the largest torque, as drives report it
+    'joint torque in another unit (joints 1 to 6: 1.5, 1.5, 1.5': lambda effort: effort / np.array(
+        [1.5, 1.5, 1.5, 0.28, 0.28, 0.28]),
 }
 
 
@@ -538,7 +541,7 @@ UNITS = {
 def test_an_effort_in_another_unit_is_named_and_judged_by_the_option(judged, made, looks):
     changed = arm_messages(made.with_(effort=UNITS[looks](made.effort)))
     result = judged(changed)
-    assert f'looks like {looks} (' in result.check('effort').sentence
+    assert f'looks like {looks}' in result.check('effort').sentence
     assert [cause['kind'] for cause in result.causes] == ['effort meaning']
 
 
@@ -649,3 +652,26 @@ def test_without_an_arm_and_torque_the_arms_that_fit_another_meaning_are_named(j
 def test_velocities_in_degrees_are_named_so(judged, made):
     result = judged(arm_messages(made.with_(qd=np.degrees(made.qd))))
     assert 'look like degrees a second' in result.check('kinematics').sentence
+
+
+def test_single_values_far_beyond_the_others_are_dropped_and_leave_no_gap(judged, made):
+    effort = made.effort.copy()
+    effort[[100, 103, 110, 400, 650], [0, 1, 2, 3, 5]] = 1e6
+    result = judged(arm_messages(made.with_(effort=effort)))
+    assert result.verdict == 'pass' and result.check('timing').value == 0.0
+    assert '5 states of 700 hold a value that no arm can have' in remarks(result)
+
+
+def test_without_the_effort_of_one_joint_the_rest_is_judged_and_said(judged, made):
+    effort = made.effort.copy()
+    effort[:, 3] = np.nan
+    result = judged(arm_messages(made.with_(effort=effort)))
+    assert result.verdict == 'pass' and 'no effort of wrist_1_joint is measured' in remarks(result)
+    assert 'no torque is recorded' not in remarks(result)
+
+
+def test_stamps_before_zero_are_dropped_and_said(judged, made):
+    early = made.with_(stamp=made.stamp - made.stamp[0] - 200_000_000)
+    result = judged([(time, data) for (time, _), (_, data) in
+                     zip(arm_messages(made), arm_messages(early), strict=True)])
+    assert '101 states of 700 have a stamp of zero or less' in remarks(result)

@@ -11,7 +11,7 @@ from ur5_ros.config import list_arms, load_arm
 from ur5_ros.config.arm_writer import arm_file_text
 from ur5_ros.config.arms import parse_arm
 from ur5_ros.config.foreign_arms.calibration import calibrated_arm_text
-from ur5_ros.config.foreign_arms.urdf_arm import arm_of_urdf
+from ur5_ros.config.foreign_arms.urdf_arm import arm_of_urdf, mass_beyond_tool
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.kinematics import forward_kinematics
@@ -59,6 +59,50 @@ def another(old, new, count=1):
     return change
 
 
+def rounded(digits, cut=False):
+    """Return a change that writes every angle with a few digits, as other tools do."""
+    def write(found):
+        words = (f'{float(each):.{digits + 3 * cut}f}'[:-3 if cut else None]
+                 for each in found[1].split())
+        return f'rpy="{" ".join(words)}"'
+    return lambda text: re.sub('rpy="([^"]*)"', write, text)
+
+
+@pytest.mark.parametrize('change', [
+    rounded(2), rounded(4), rounded(6), rounded(4, cut=True), rounded(5, cut=True),
+    lambda text: text.replace('\n', '\r\n'), lambda text: f'\ufeff{text.partition("?>")[2]}',
+    lambda text: text.replace('_joint"', '_axis"')])
+def test_right_angles_of_few_digits_and_other_names_give_the_same_arm(written, change):
+    arm, found = load_arm('ur5e'), arm_of_urdf(written(change=change))
+    np.testing.assert_allclose(found.a, arm.a, atol=1e-15)
+    np.testing.assert_allclose(found.d, arm.d, atol=1e-15)
+    q = np.random.default_rng(3).uniform(-3.0, 3.0, (5, 6))
+    np.testing.assert_allclose(forward_kinematics(q + found.angle_offset, found),
+                               forward_kinematics(q, arm), atol=1e-12)
+
+
+def test_an_angle_that_is_no_rounded_right_angle_is_refused_as_it_is(written):
+    change = another('elbow_joint"(.*?)<origin xyz="([^"]*)" rpy="[^"]*"',
+                     r'elbow_joint"\1<origin xyz="\2" rpy="0.0003 0 0"')
+    with pytest.raises(InputError, match='axes 2 and 3 are not parallel'):
+        arm_of_urdf(written(change=change))
+
+
+HAND = """<link name="hand"><inertial><mass value="0.9"/><origin xyz="0 0 0.05"/><inertia
+ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="finger"><inertial><mass value="0.3"/></inertial></link>
+<joint name="hand_joint" type="fixed"><parent link="tool0"/><child link="hand"/></joint>
+<joint name="finger_joint" type="revolute"><parent link="hand"/><child link="finger"/></joint>
+</robot>"""
+
+
+def test_a_fixed_hand_belongs_to_the_arm_and_its_moving_fingers_are_counted(written):
+    path = written(change=lambda text: text.replace('</robot>', HAND))
+    assert arm_of_urdf(path).mass[5] == pytest.approx(load_arm('ur5e').mass[5] + 0.9)
+    assert mass_beyond_tool(path) == pytest.approx(0.3)
+    assert mass_beyond_tool(written()) == 0.0
+
+
 @pytest.mark.parametrize('change, says', [
     (lambda text: text[:500], 'no XML'),
     (lambda text: '<mujoco/>', 'its root is <mujoco>'),
@@ -75,6 +119,13 @@ def another(old, new, count=1):
              r'shoulder_lift_joint"\1<origin xyz="0.05 0 0"'), 'axes 1 and 2 pass each other'),
     (another('<mass value="[1-9.]+[^"]*"/>', '<mass value="0"/>'), 'has no mass'),
     (another('velocity="[^"]*"', ''), 'needs <limit>'),
+    (another('velocity="[^"]*"', 'velocity="inf"'), "velocity='inf'; a limit needs"),
+    (another('effort="[^"]*"', 'effort="0"'), "effort='0'.*a limit needs"),
+    (another('lower="[^"]*"', 'lower="9"'), 'lower below upper'),
+    (another('elbow_joint"(.*?)<axis xyz="[^"]*"', r'elbow_joint"\1<axis xyz="0 0 0"'),
+     'its axis is 0 0 0'),
+    (another('<mass value="[1-9.]+[^"]*"/>', '<mass value="heavy"/>'), "value='heavy'; give a "),
+    (another('ixx="[^"]*"', 'ixx="nan"', 99), "ixx='nan'; give a finite number"),
     (another('elbow_joint"(.*?)<origin xyz="[^"]*"', r'elbow_joint"\1<origin xyz="a b c"'),
      'three finite numbers')])
 def test_a_urdf_of_another_kind_is_refused_with_the_reason(written, change, says):
@@ -115,6 +166,17 @@ def test_a_calibration_becomes_an_arm_file_that_follows_it(tmp_path, name, given
         assert np.abs(arm.a - load_arm(name).a).max() == 0.0  # of the same geometry, at least
     np.testing.assert_array_equal(inverse_dynamics(q, q, q, arm), inverse_dynamics(
         q, q, q, parse_arm(text.partition('\ncalibration:')[0] + '\n', 'text')))
+
+
+@pytest.mark.parametrize('change', [
+    lambda data: data.update(hardware='ur5e'), lambda data: data['kinematics'].update(hash=1234),
+    lambda data: data['kinematics'].pop('hash')])
+def test_what_a_calibration_holds_besides_does_no_harm(tmp_path, change):
+    data = calibration('ur5e')
+    change(data)
+    path = tmp_path / 'calibration.yaml'
+    path.write_text(yaml.safe_dump(data))
+    assert parse_arm(calibrated_arm_text(path)[0], 'text').calibration is not None
 
 
 @pytest.mark.parametrize('change, says', [

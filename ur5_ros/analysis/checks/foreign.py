@@ -6,12 +6,15 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.effort import (
+    FITS,
     WORDS,
     Hypothesis,
     best_meaning,
     drive_factors,
     effort_hypotheses,
     fitting_arms,
+    has_geometry_of,
+    known_arms,
     words_of_factors,
 )
 from ur5_ros.analysis.effort_with_load import unlikely_meaning
@@ -26,6 +29,9 @@ AT_REST, LITTLE_MOTION = 1e-3, 0.1
 
 #: Share of the mark, and of another misfit, above which a meaning is looked for further.
 UNSURE = 0.3
+
+#: Share of an effort left unexplained from which on an arm explains nothing of it.
+NOTHING = 1.0
 
 NO_TORQUE = 'no torque is recorded'
 
@@ -90,6 +96,28 @@ def effort_check(run: Run, marks: Marks) -> Check:
     details['factors'] = list(best.factors)
     return Check(name, FAIL, _sentence(best, total), best.misfit, unit='1',
                  details={**details, 'meaning': best.meaning})
+
+
+def no_torque_of_arm(run: Run, effort: Check) -> str:
+    """
+    Return why an effort is no torque of the arm of its run; empty where it may be.
+
+    ``effort``: what :func:`effort_check` returned.  An arm may be heavier or lighter than its
+    file; that less than nothing is explained, or another known arm of another geometry fits, it
+    cannot be.
+    """
+    record, left = run.law_record, effort.value
+    if record is None or left is None or effort.verdict != PASS or left < FITS:
+        return ''
+    fits = [fit for fit in fitting_arms(run) if fit.misfit < FITS and fit.misfit < 0.5 * left
+            and not has_geometry_of(record.arm, fit.name)]
+    if left < NOTHING and (not fits or record.arm_name not in known_arms()):
+        return ''
+    way_out = (f'{fits[0].name} fits, with {fits[0].misfit:.2%}: give --arm {fits[0].name}' if fits
+               else 'none of the known arms fits; give the arm that it is of, or record the joint '
+               'torque')
+    return (f'the effort is no torque of arm {record.arm_name}: {left:.0%} of it stays '
+            f'unexplained; {way_out}')
 
 
 def _total(found: list[Hypothesis]) -> Hypothesis:

@@ -10,6 +10,7 @@ from ur5_ros.analysis.data.options import ReadingOptions
 from ur5_ros.analysis.data.run import NodeRecord, RecordedEvent
 from ur5_ros.analysis.data.topics import FoundTopic, find_topics
 from ur5_ros.bag.arrays.columns import Columns
+from ur5_ros.bag.metadata import NAME
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import bags_of_run, is_bag
 from ur5_ros.errors import BagError, InputError
@@ -122,7 +123,10 @@ def _read(bag: Bag, options: ReadingOptions) -> BagData:
             remarks.append(f"{topics['events'].name} holds no events of this package's simulator")
     note = bag.notes.get('dropped', {})
     remarks += [str(remark) for remark in note.get('remarks', ())]
-    problems = list(bag.problems)
+    problems, harmless = list(bag.problems), []
+    if not node:
+        problems, harmless = _of_the_contents(problems, bag.path)
+        remarks += harmless
     if record is not None and not record.summary:
         problems.append(f'{bag.path}: the recording was not closed: the node was killed, or '
                         'still runs')
@@ -130,6 +134,22 @@ def _read(bag: Bag, options: ReadingOptions) -> BagData:
                    tuple(problems), tuple(remarks),
                    {role: topic.name for role, topic in topics.items()},
                    tuple(int(stamp) for stamp in note.get('stamps', ())))
+
+
+def _of_the_contents(problems: list[str], path: Path) -> tuple[list[str], list[str]]:
+    """
+    Return what is wrong with the messages of a bag, and with its table of contents alone.
+
+    A metadata.yaml that is missing, damaged or of a newer version takes nothing from a file that
+    was closed; nor does a file of another name, where the messages are as many as were written.
+
+    """
+    table = str(path / NAME)
+    others = [each for each in problems if NAME not in each]
+    counts = [each for each in problems if each.startswith(table) and ': says ' in each]
+    if others or counts:
+        return problems, []
+    return [], problems
 
 
 def _left_out(columns: Columns, topic: FoundTopic) -> list[str]:

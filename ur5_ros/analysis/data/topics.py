@@ -92,6 +92,7 @@ class _Search:
         self._chosen = {role: str(name) for role, name in stated.items()
                         if role in ROLE_FIELDS and name in bag.topics} | dict(options.topics)
         self._forms: dict[str, Counter[_Form]] = {}
+        self._unread: dict[str, str] = {}  # topic -> why its first broken message cannot be read
 
     def all_roles(self) -> dict[str, FoundTopic]:
         """Return role -> topic."""
@@ -122,7 +123,8 @@ class _Search:
             data = raw.data[raw.offsets[row]:raw.offsets[row + 1]].tobytes()
             try:
                 message = decode(type_name, data, definitions)
-            except BagError:
+            except BagError as problem:
+                self._unread.setdefault(topic, str(problem))
                 continue
             values = kind.values(message)
             filled = {field for field in kind.fields
@@ -209,7 +211,8 @@ class _Search:
         names = [form.names for form in self.forms(topic, _JOINT_STATE) if form.names]
         if not names:
             count = len(bag.columns(topic).log_time)
-            what = (f'none of the {count} messages on {topic} is a {_JOINT_STATE} with names'
+            why = f': {self._unread[topic]}' if topic in self._unread else ''
+            what = (f'none of the {count} messages on {topic} is a {_JOINT_STATE} with names{why}'
                     if count else f'no message on {topic}')
             return f'{bag.path}: {what}{self._damage()}'
         shown = ', '.join(names[0][:7])

@@ -81,7 +81,7 @@ class McapReader:
             raise BagError(f'{path}: cannot be read: {error.strerror}') from None
         if start != MAGIC:
             if not MAGIC.startswith(start):
-                raise BagError(f'{path}: no MCAP file')
+                raise BagError(f'{path}: no MCAP file; give the bag that was recorded')
             report(f'{path}: holds nothing; its writer ended before the first record')
 
     def _survey(self, file: BinaryIO) -> None:

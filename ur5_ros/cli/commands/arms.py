@@ -28,13 +28,16 @@ def arm(urdf: Path | None, calibration: Path | None, name: str | None, out: Path
         assert urdf is not None
         if name is not None:
             raise InputError('--arm is for --calibration; a URDF describes its own arm')
-        from ur5_ros.config.foreign_arms.urdf_arm import arm_of_urdf
+        from ur5_ros.config.foreign_arms.urdf_arm import arm_of_urdf, mass_beyond_tool
         found = arm_of_urdf(urdf, out.stem)
         source = f'URDF {urdf.name}'
         text = arm_file_text(found, f'Made of the URDF {urdf.name}.', source, source)
         sentences = [f'masses of {found.mass.sum():.4g} kg, reach of '
                      f'{abs(found.a).sum() + found.d[4]:.4g} m; rotor inertia is not in a URDF: '
                      'zero']
+        if beyond := mass_beyond_tool(urdf):
+            sentences.append(f'links that move behind the six joints were left out: {beyond:.4g} '
+                             'kg; give them as a payload')
     write_new_file(out, text)
     for sentence in (*sentences, f'written: {out}'):
         print(sentence)

@@ -8,7 +8,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from ur5_ros.analysis.checks.foreign import effort_check
+from ur5_ros.analysis.checks.foreign import effort_check, no_torque_of_arm
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.arm_file import write_arm
@@ -73,6 +73,8 @@ def _read(path: Path, given: Mapping[str, Any], load: bool = False) -> Run:
         effort.details.get('meaning') == 'target')
     if effort is not None and effort.verdict == FAIL and not gravity:
         raise InputError(f'{run.name}: {effort.sentence}')
+    if effort is not None and not load and (reason := no_torque_of_arm(run, effort)):
+        raise InputError(f'{run.name}: {reason}')
     return run
 
 

@@ -38,10 +38,10 @@ class _Kinematics(Record, frozen=True, kw_only=True):
     wrist_1: _Joint
     wrist_2: _Joint
     wrist_3: _Joint
-    hash: str = ''
+    hash: str | int = ''
 
 
-class _File(Record, frozen=True, kw_only=True):
+class _File(Record, frozen=True, kw_only=True, forbid_unknown_fields=False):
     kinematics: _Kinematics
 
 
@@ -53,7 +53,11 @@ def calibrated_arm_text(calibration: Path, arm: str | None = None) -> tuple[str,
     of six links; ``arm``: the arm that was calibrated; by default the known one that it is nearest
     to.
     """
-    found = validate(_File, read_yaml(calibration), str(calibration)).kinematics
+    data = read_yaml(calibration)
+    if not isinstance(data, dict) or not isinstance(data.get('kinematics'), dict):
+        raise InputError(f'{calibration}: no kinematics in it; give the file that ur_calibration '
+                         'wrote')
+    found = validate(_File, data, str(calibration)).kinematics
     joints = [getattr(found, link) for link in LINKS]
     chain = np.array([transform((joint.x, joint.y, joint.z), (joint.roll, joint.pitch, joint.yaw))
                       for joint in joints])

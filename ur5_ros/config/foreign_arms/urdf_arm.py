@@ -1,6 +1,7 @@
 """An arm from the URDF of a robot of the UR family: axes to a DH table, links to bodies."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -51,15 +52,31 @@ def arm_of_urdf(path: Path, name: str | None = None) -> ArmParameters:
                   for turn, step in zip(offset, steps, strict=True)])
     d = np.array([step[2, 3] for step in steps])
     a[[0, 3, 4, 5]], d[[1, 2]] = 0.0, 0.0
+    limits = _limits(chain, path)
     try:
         return ArmParameters(
             name=name or robot.name, a=a, d=d, alpha=np.array(UR_TWIST), angle_offset=offset,
             mass=np.array([mass for mass, _, _ in bodies]),
             com=np.array([com for _, com, _ in bodies]),
             inertia=np.array([tensor for _, _, tensor in bodies]), armature=np.zeros(6),
-            gravity=np.array(GRAVITY), limits=_limits(chain, path))
+            gravity=np.array(GRAVITY), limits=limits)
     except ValueError as error:
         raise InputError(f'{path}: {error}') from None
+
+
+def mass_beyond_tool(path: Path) -> float:
+    """Return the mass of the links of a URDF that move on behind the six joints [kg]."""
+    robot = parse_urdf(path)
+    chain = six_joints(robot, path)
+    own = {link for joint in chain for link in fixed_to(robot, joint.child)}
+    moving, beyond = set(own), set[str]()
+    for _ in robot.joints:
+        for joint in robot.joints:
+            if joint.parent in moving and joint.child not in moving:
+                moving.add(joint.child)
+                beyond.add(joint.child)
+    return sum(_number(robot.links[link].find('inertial/mass'), 'value', f'{path}: link {link!r}')
+               for link in beyond if link in robot.links)
 
 
 def _base_frame(robot: UrdfRobot, first: UrdfJoint) -> np.ndarray:
@@ -138,15 +155,16 @@ def _body(robot: UrdfRobot, link: str, frame: np.ndarray, dh: np.ndarray,
     masses, centres, tensors = [], [], []
     for name, pose in fixed_to(robot, link).items():
         inertial = robot.links[name].find('inertial') if name in robot.links else None
-        mass = inertial.find('mass') if inertial is not None else None
-        if inertial is None or mass is None or float(mass.get('value', 0.0)) <= 0.0:
+        here = f'{path}: link {name!r}'
+        mass = 0.0 if inertial is None else _number(inertial.find('mass'), 'value', here)
+        if inertial is None or mass <= 0.0:
             continue
-        where = to_dh @ pose @ origin_of(inertial, f'{path}: link {name!r}')
+        where = to_dh @ pose @ origin_of(inertial, here)
         moments = inertial.find('inertia')
-        xx, xy, xz, yy, yz, zz = (float(moments.get(key, 0.0)) if moments is not None else 0.0
+        xx, xy, xz, yy, yz, zz = (_number(moments, key, here)
                                   for key in ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz'))
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        masses.append(float(mass.get('value')))
+        masses.append(mass)
         centres.append(where[:3, 3])
         tensors.append(where[:3, :3] @ tensor @ where[:3, :3].T)
     if not masses:
@@ -161,6 +179,18 @@ def _body(robot: UrdfRobot, link: str, frame: np.ndarray, dh: np.ndarray,
     return total, centre, 0.5 * (whole + whole.T)
 
 
+def _number(element: Any, key: str, where: str) -> float:
+    """Return a number of an element, zero where there is none; InputError for what is none."""
+    text = '0' if element is None else element.get(key, '0')
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise InputError(f'{where}: {key}={text[:60]!r}; give a finite number')
+    return value
+
+
 def _limits(chain: list[UrdfJoint], path: Path) -> Limits:
     lower, upper, velocity, effort = np.zeros((4, 6))
     for i, joint in enumerate(chain):
@@ -171,4 +201,8 @@ def _limits(chain: list[UrdfJoint], path: Path) -> Limits:
         except (KeyError, ValueError):
             raise InputError(f'{path}: joint {joint.name!r} needs <limit> with lower, upper, '
                              'velocity and effort') from None
+        if not (0.0 < velocity[i] < np.inf and 0.0 < effort[i] < np.inf and lower[i] < upper[i]):
+            stated = ', '.join(f'{key}={value!r}' for key, value in joint.limit.items())[:120]
+            raise InputError(f'{path}: joint {joint.name!r}: {stated}; a limit needs lower below '
+                             'upper, and velocity and effort above zero and finite')
     return Limits(lower, upper, velocity, effort)

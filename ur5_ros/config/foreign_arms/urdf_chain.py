@@ -11,6 +11,9 @@ from ur5_ros.errors import InputError
 from ur5_ros.model.calibration import transform
 from ur5_ros.signals import JOINT_NAMES
 
+#: A right angle that was rounded has so many digits behind its point, or more.
+FEWEST_DIGITS = 2
+
 #: Largest URDF [bytes].
 MAX_BYTES = 20 << 20
 
@@ -43,7 +46,8 @@ def parse_urdf(path: Path) -> UrdfRobot:
         raise InputError(f'{path}: cannot be read: {error.strerror}') from None
     if len(data) > MAX_BYTES:
         raise InputError(f'{path}: {len(data)} bytes; at most {MAX_BYTES} are read')
-    if b'<!DOCTYPE' in data or b'<!ENTITY' in data:
+    ascii_only = data.replace(b'\0', b'')  # whatever the encoding
+    if b'<!DOCTYPE' in ascii_only or b'<!ENTITY' in ascii_only:
         raise InputError(f'{path}: declares entities, which no URDF needs; remove them')
     try:
         root = ElementTree.fromstring(data)
@@ -51,7 +55,7 @@ def parse_urdf(path: Path) -> UrdfRobot:
         raise InputError(f'{path}: no XML: {error}') from None
     if root.tag != 'robot':
         raise InputError(f'{path}: no URDF: its root is <{root.tag[:40]}>, not <robot>')
-    if any('xacro' in each.tag for each in root.iter()) or b'${' in data:
+    if any('xacro' in each.tag for each in root.iter()) or b'${' in ascii_only:
         raise InputError(f'{path}: a xacro file; expand it before: xacro {path.name} > arm.urdf')
     joints = [_joint(each, path) for each in root.findall('joint')]
     links = {str(each.get('name')): each for each in root.findall('link')}
@@ -67,9 +71,11 @@ def _joint(element: Any, path: Path) -> UrdfJoint:
     axis_element, limit = element.find('axis'), element.find('limit')
     axis = _three(axis_element, 'xyz', '1 0 0', f'{path}: joint {name!r}')
     length = float(np.linalg.norm(axis))
+    if not length:
+        raise InputError(f'{path}: joint {name!r}: its axis is 0 0 0; give a direction')
     return UrdfJoint(
         name, str(element.get('type')), str(parent.get('link')), str(child.get('link')),
-        origin_of(element, f'{path}: joint {name!r}'), axis / (length or 1.0),
+        origin_of(element, f'{path}: joint {name!r}'), axis / length,
         {} if limit is None else dict(limit.attrib))
 
 
@@ -87,7 +93,20 @@ def _three(element: Any, key: str, default: str, where: str) -> np.ndarray:
 def origin_of(element: Any, where: str) -> np.ndarray:
     """Return the transform of an element's <origin>."""
     origin = element.find('origin')
-    return transform(_three(origin, 'xyz', '0 0 0', where), _three(origin, 'rpy', '0 0 0', where))
+    rpy = _three(origin, 'rpy', '0 0 0', where)
+    if origin is not None:
+        rpy = np.array([_right_angle(angle, text) for angle, text in
+                        zip(rpy, origin.get('rpy', '0 0 0').split(), strict=True)])
+    return transform(_three(origin, 'xyz', '0 0 0', where), rpy)
+
+
+def _right_angle(angle: float, text: str) -> float:
+    """Return the multiple of a right angle that was written with a few digits, as 1.57 or 3.14."""
+    digits = len(text.partition('.')[2])
+    nearest = round(angle / (np.pi / 2)) * np.pi / 2
+    rounded = text.lstrip('+-').replace('.', '').isdecimal() and digits >= FEWEST_DIGITS and (
+        abs(angle - nearest) < 10.0**-digits)
+    return nearest if rounded else angle
 
 
 def six_joints(robot: UrdfRobot, path: Path) -> list[UrdfJoint]:

@@ -21,6 +21,10 @@ LARGEST = {'position': 1e3, 'velocity': 1e2, 'effort': 1e9}
 #: Share of the rows up to which such values are glitches; and what no unit makes of a number.
 GLITCHES, NO_NUMBER = 0.02, 1e12
 
+#: A value of a field whose unit is not known is a glitch where it is this many times what all but
+#: a few of the rows have at most.
+SPIKE, NO_UNIT = 100.0, 1e6
+
 #: A joint turns no further than this [rad]; the last one of some arms does.
 FURTHEST, MAY_TURN = 13.0, 5
 
@@ -70,15 +74,21 @@ def measured_fields(columns: Columns, path: Path, remarks: list[str]) -> Fields:
     else:
         whole: np.ndarray = np.isfinite(effort).all(axis=1)
         has_effort = bool(whole.mean() > PART)
+        some = bool((np.isfinite(effort).mean(axis=0) > MEASURED).any())
         remarks.append(f'torque is recorded in {whole.sum()} of {whole.size} states alone'
-                       if has_effort else 'no torque is recorded')
+                       if has_effort else 'the torque of the whole arm is needed: none is judged'
+                       if some else 'no torque is recorded')
     return Fields(position, velocity if has_velocity else None, effort if has_effort else None,
                   tuple(needed))
 
 
 def _without_glitches(values: np.ndarray, largest: float) -> np.ndarray:
     """Return a field with impossible values as NaN; where they are many, its unit is another."""
-    far = np.abs(np.nan_to_num(values)) > largest
+    known = np.abs(np.nan_to_num(values))
+    far = known > largest
+    ordinary = np.quantile(known, 1.0 - GLITCHES, axis=0).max(initial=0.0)
+    if ordinary > 0.0 and largest > NO_UNIT:
+        far |= known > SPIKE * ordinary
     if far.any(axis=1).mean() > GLITCHES:
         far = np.abs(np.nan_to_num(values)) > NO_NUMBER
     return np.where(far, np.nan, values)

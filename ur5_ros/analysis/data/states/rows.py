@@ -94,7 +94,8 @@ def foreign_rows(columns: Columns, path: Path, counts: dict[str, int], problems:
     """
     fields = measured_fields(columns, path, remarks)
     stamp = usable_stamps(columns, counts, remarks)
-    _count(remarks, stamp, ~(stamp > 0), 'have a stamp of zero', placed=False)
+    less = ' or less' if (stamp < 0).any() else ''
+    _count(remarks, stamp, ~(stamp > 0), f'have a stamp of zero{less}', placed=False)
     rows = np.flatnonzero(_whole(fields, stamp, remarks))
     rows = first_of_each(stamp, rows, counts, remarks)
     rows = without_stray_ends(stamp, rows, remarks)
