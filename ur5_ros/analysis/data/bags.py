@@ -123,7 +123,7 @@ def _read(bag: Bag, options: ReadingOptions) -> BagData:
             remarks.append(f"{topics['events'].name} holds no events of this package's simulator")
     note = bag.notes.get('dropped', {})
     remarks += [str(remark) for remark in note.get('remarks', ())]
-    problems, harmless = list(bag.problems), []
+    problems = list(bag.problems)
     if not node:
         problems, harmless = _of_the_contents(problems, bag.path)
         remarks += harmless
