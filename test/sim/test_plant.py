@@ -301,6 +301,15 @@ def test_a_delayed_command_acts_that_many_periods_later(plant_of, delay):
             np.testing.assert_array_equal(state.effort, np.full(6, 0.1 * (k - delay)))
 
 
+def test_a_delay_that_grows_keeps_the_last_command_until_the_next_arrives(plant_of):
+    plant = plant_of()
+    plant.step(np.full(6, 0.1))
+    plant.change('delay.command_periods', 3)
+    efforts = [plant.step(np.full(6, 0.2))[3][0] for _ in range(5)]
+    np.testing.assert_array_equal(efforts, [0.1, 0.1, 0.1, 0.2, 0.2])
+    assert plant.counters['fallback_periods'] == 0
+
+
 @pytest.mark.parametrize('delay', [1, 3, 50])
 def test_a_delayed_state_has_todays_stamp_and_yesterdays_content(plant_of, delay):
     plant = plant_of(delay__state_periods=delay)

@@ -77,6 +77,7 @@ class FixedJointState:
         """Where the effort is in a message."""
         self._places = [(layout.slots.get(field, (0,))[0], number)
                         for field, number in self._counts.items()]
+        self._read_effort = Struct(f'<{self._counts["effort"]}d').unpack_from
 
     def encode(self, stamp: int, position=(), velocity=(), effort=()) -> bytes:
         """
@@ -104,6 +105,10 @@ class FixedJointState:
         seconds, nanoseconds = _stamp.unpack_from(data, 4)
         return (seconds * NANOSECONDS + nanoseconds, _frombuffer(data, _FLOAT, i, a),
                 _frombuffer(data, _FLOAT, j, b), _frombuffer(data, _FLOAT, k, c))
+
+    def stamp_and_effort(self, data: bytes) -> tuple[int, tuple[float, ...]]:
+        """Return the stamp [ns] and the efforts of a message that :meth:`matches`."""
+        return _stamp_from(data), self._read_effort(data, self.effort.start)
 
 
 class FixedTrajectoryPoint:

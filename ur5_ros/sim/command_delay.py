@@ -19,7 +19,8 @@ class CommandDelay:
     def clear(self) -> None:
         """Drop everything under way."""
         self._under_way: list[tuple[int, np.ndarray | None]] = []
-        self._acting: np.ndarray | None = None
+        self.acting: np.ndarray | None = None
+        """The command that acted last; without a delay the plant keeps it up to date."""
 
     @property
     def busy(self) -> bool:
@@ -32,13 +33,10 @@ class CommandDelay:
 
         ``command`` (6,): what is given now; None = no command.
         """
-        if delay == 0 and not self._under_way:
-            self._acting = command
-            return command
         kept = None if command is None else np.array(command, dtype=float)
         self._under_way.append((k + delay, kept))
         arrived = [i for i, (due, _) in enumerate(self._under_way) if due <= k]
         if arrived:
-            self._acting = self._under_way[arrived[-1]][1]
+            self.acting = self._under_way[arrived[-1]][1]
             del self._under_way[:arrived[-1] + 1]  # older ones still under way are overtaken
-        return self._acting
+        return self.acting

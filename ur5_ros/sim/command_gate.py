@@ -134,7 +134,7 @@ class CommandGate(ABC):
         command = np.array(effort, dtype=float)
         if command.shape != (6,):
             return self._refuse(topic, 'wrong number of torques')
-        if not is_finite(command):
+        if not is_finite(command.tolist()):
             if np.isnan(command).all():
                 self.empty += 1  # a hardware component of ros2_control before its first command
                 return 'no torque'

@@ -28,9 +28,9 @@ def in_joint_order(expected: Sequence[str], names: Sequence[str],
     return np.array(effort, dtype=float)[order], ''
 
 
-def is_finite(command: np.ndarray) -> bool:
+def is_finite(torques: Sequence[float]) -> bool:
     """Return whether all torques are finite; huge ones whose sum overflows are not."""
-    return math.isfinite(sum(command.tolist()))
+    return math.isfinite(sum(torques))
 
 
 class RefusalCount:

@@ -1,6 +1,5 @@
 """The motors: which joint torque a command or a fallback becomes."""
 
-from math import isfinite
 from operator import le
 
 import numpy as np
@@ -8,6 +7,7 @@ import numpy as np
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
 from ur5_ros.model.friction import friction_compensation
+from ur5_ros.sim.command_validation import is_finite
 from ur5_ros.sim.fallback import fallback_torque
 from ur5_ros.sim.integrator import NO_JOINTS
 from ur5_ros.sim.mechanics import Mechanics
@@ -33,8 +33,8 @@ class Motors:
 
     def read(self, command: np.ndarray) -> np.ndarray:
         """Return a command as six finite numbers."""
-        command = np.asarray(command, dtype=float)
-        if command.shape == (6,) and all(map(isfinite, command.tolist())):
+        command = np.array(command, dtype=float)
+        if command.shape == (6,) and is_finite(command.tolist()):
             return command
         raise InputError(f'command {command.tolist()}; give six finite torques [N m]')
 
@@ -51,7 +51,7 @@ class Motors:
             command = command + friction_compensation(self._mechanics.effects.friction, qd,
                                                       *self._scales)
         if all(map(le, map(abs, command.tolist()), self._strength)):
-            return command.copy(), NO_JOINTS
+            return command, NO_JOINTS
         effort = np.minimum(np.maximum(command, -self._strongest), self._strongest)
         return effort, effort != command
 

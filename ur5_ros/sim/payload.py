@@ -87,6 +87,11 @@ class HeldPayload:
         else:
             self.load, self._transition = target, None
 
+    @property
+    def changing(self) -> bool:
+        """Whether a transition is under way."""
+        return self._transition is not None
+
     def take_stage(self, k: int) -> bool:
         """Take the stage of period ``k``; return whether the body is another."""
         if self._transition is None:

@@ -135,29 +135,25 @@ class Plant:
         """
         if command is not None:
             command = self._motors.read(command)
-        if self.k == self._wrench_end:
-            self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        if self._payload.take_stage(self.k):
-            self._settle()
-            self._log('payload', f'payload of {self._payload.load.mass:g} kg',
-                      **self._payload.load._asdict())
-        if self._commands_delayed:
-            command = self._exchange(command)
+        if self._something_due:
+            command = self._take_due(command)
+        self._delay.acting = command
         gravity = self.mechanics.declared_gravity() if self._sensor.excludes_gravity else None
-        effort, clamped = self._torque(self._torque_mode.admit(command, self.stamp))
+        effort, clamped = self._torque(command)
         moved = self.mechanics.advance(effort, self._substeps)
         before = self.stamp
         self._count_period()
-        self.truth = ArmState(self.stamp, *self.mechanics.state(), effort)
+        self.truth = truth = ArmState(self.stamp, *self.mechanics.state(), effort)
         if not moved.free or clamped is not NO_JOINTS or self._event_log.near_limits:
-            self._event_log.check_limits(before, self.truth, clamped, moved.held,
+            self._event_log.check_limits(before, truth, clamped, moved.held,
                                          self.parameters.overspeed_stop)
         if moved.failure:
             self._event_log.stop(self.stamp, JOINT_NAMES,
                                  f'{moved.failure}; the arm was put back at rest')
         if self.mechanics.contacts:
             self._check_contacts(before)
-        return self._sense(self._sensor.reported(effort, gravity))
+        self.state = self._sensor.measure(self.k, truth, gravity)
+        return self.state
 
     def change(self, name: str, value: Any) -> None:
         """
@@ -287,7 +283,7 @@ class Plant:
         self.mechanics.place(self.parameters.initial_positions,
                              self.parameters.initial_velocities)
         self.truth = ArmState(self.stamp, *self.mechanics.state(), np.zeros(6))
-        self._sense(self.truth.effort)
+        self.state = self._sensor.measure(self.k, self.truth)
 
     def _settle(self) -> None:
         """Let the present parameters act: what they decide is decided here, not in a step."""
@@ -297,28 +293,37 @@ class Plant:
         self._sensor.settle(given)
         self._motors.settle(given)
         self.exact_sensing = self._sensor.exact
-        self._commands_delayed = given.delay_command_periods > 0 or self._delay.busy
+        self._look_ahead()
 
-    def _sense(self, effort: np.ndarray) -> ArmState:
-        """Measure the state; ``effort`` is what the drives report of the torque that acted."""
-        truth = self.truth if effort is self.truth.effort else self.truth._replace(effort=effort)
-        self.state = self._sensor.measure(self.k, truth)
-        return self.state
+    def _look_ahead(self) -> None:
+        """Note whether :meth:`_take_due` has to be asked in the next period."""
+        self._something_due = (self._wrench_end is not None or self._payload.changing
+                               or self.parameters.delay_command_periods > 0 or self._delay.busy)
 
-    def _exchange(self, command: np.ndarray | None) -> np.ndarray | None:
-        delay = self.parameters.delay_command_periods
-        command = self._delay.exchange(self.k, command, delay)
-        self._commands_delayed = delay > 0 or self._delay.busy
+    def _take_due(self, command: np.ndarray | None) -> np.ndarray | None:
+        """End a wrench, take a stage of the payload; return the command that arrives now."""
+        if self.k == self._wrench_end:
+            self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        if self._payload.take_stage(self.k):
+            self._settle()
+            self._log('payload', f'payload of {self._payload.load.mass:g} kg',
+                      **self._payload.load._asdict())
+        if self.parameters.delay_command_periods > 0 or self._delay.busy:
+            command = self._delay.exchange(self.k, command, self.parameters.delay_command_periods)
+        self._look_ahead()
         return command
 
     def _torque(self, command: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Return the torque of the motors [N m] and the joints where it was clamped."""
-        log = self._event_log
+        log, mode, limited = self._event_log, self._torque_mode, NO_JOINTS
+        if mode.matters:
+            command = mode.admit(command, self.stamp)
         if command is None or log.stopped:
             return self._fall_back(), NO_JOINTS
         if log.fallback:
             log.fall_back(self.stamp, '')
-        command, limited = self._torque_mode.limit(command)
+        if mode.matters:
+            command, limited = mode.limit(command)
         effort, clamped = self._motors.saturate(command, self.state.qd)
         return effort, clamped if limited is NO_JOINTS else clamped | limited
 

@@ -57,14 +57,16 @@ class Sensor:
         """Drop the past, as a reset does: a delayed state then shows the oldest one after it."""
         self._past.clear()
 
-    def reported(self, effort: np.ndarray, gravity: np.ndarray | None) -> np.ndarray:
-        """Return the torque that acted as the drives report it: [N m], or [A] as a current."""
-        if self._feedback == 'total':
-            return effort
-        return effort / self._torque_constant if gravity is None else effort - gravity
+    def measure(self, k: int, truth: ArmState, gravity: np.ndarray | None = None) -> ArmState:
+        """
+        Return the state of period ``k`` as it is measured: its stamp, content of before.
 
-    def measure(self, k: int, truth: ArmState) -> ArmState:
-        """Return the state of period ``k`` as it is measured: its stamp, content of before."""
+        ``gravity`` (6,): what the drives leave out of the torque that they report [N m].
+        """
+        if gravity is not None:
+            truth = truth._replace(effort=truth.effort - gravity)
+        elif self._feedback == 'current':
+            truth = truth._replace(effort=truth.effort / self._torque_constant)
         self._past.append((k, truth))
         if self._plain:
             return truth

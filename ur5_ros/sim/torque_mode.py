@@ -20,7 +20,9 @@ class TorqueMode:
         self._latches, self._log = parameters.leave_torque_mode, log
         self._largest = np.array(parameters.torque_limit or [np.inf] * 6)
         self._change = parameters.torque_rate_limit / parameters.control_rate or np.inf
-        self._limited = bool(np.isfinite(self._largest).any() or np.isfinite(self._change))
+        limited = np.isfinite(self._largest).any() or np.isfinite(self._change)
+        self.matters = bool(self._latches or limited)
+        """Whether a command may act otherwise than as it is."""
         self._entered = self._left = False
         self._last = np.zeros(6)
 
@@ -48,8 +50,6 @@ class TorqueMode:
 
     def limit(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return a command within its limits of size and rate [N m], and the joints limited."""
-        if not self._limited:
-            return command, NO_JOINTS
         least = np.maximum(-self._largest, self._last - self._change)
         most = np.minimum(self._largest, self._last + self._change)
         self._last = np.minimum(np.maximum(command, least), most)

@@ -67,7 +67,7 @@ class EffortReader:
         """
         for layout in self._layouts:
             if layout.matches(data):
-                stamp, _, _, effort = layout.decode(data)
+                stamp, effort = layout.stamp_and_effort(data)
                 return stamp, None, effort
         message = read_message('sensor_msgs/msg/JointState', data)
         return stamp_of(message['header']), tuple(message['name']), message['effort']

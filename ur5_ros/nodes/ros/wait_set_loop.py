@@ -131,7 +131,7 @@ class WaitSetLoop:
             return self.take()
         rest = self._brief_until - time.monotonic()
         if rest > 0.0:
-            return self._wait_briefly(wait_set, min(seconds, rest))
+            return self._wait_briefly(min(seconds, rest))
         wait_set.clear_entities()
         for handle in self._handles:
             wait_set.add_subscription(handle)
@@ -151,8 +151,9 @@ class WaitSetLoop:
             self._brief_until = time.monotonic() + HOT_POLL_PERIOD
         return messages
 
-    def _wait_briefly(self, wait_set: Any, seconds: float) -> list[Message]:
-        """Wait for hot messages alone: every entity in a wait costs the loop microseconds."""
+    def _wait_briefly(self, seconds: float) -> list[Message]:
+        """Wait for hot messages alone: every place in a wait set costs the loop microseconds."""
+        wait_set = self._hot_wait_set
         wait_set.clear_entities()
         for handle in self._hot_handles:
             wait_set.add_subscription(handle)
@@ -182,8 +183,10 @@ class WaitSetLoop:
         self._hot_handles = [self._handles[index] for index in self._hot]
         self._service_handles = [each.handle for each in self._services]
         self._guard_handle = self._guard.handle
+        context = self._node.context.handle
+        self._hot_wait_set = _rclpy.WaitSet(len(self._hot), 0, 0, 0, 0, 0, context)
         self._wait_set = _rclpy.WaitSet(
-            len(self._handles), 1, 0, 0, len(self._services), 0, self._node.context.handle)
+            len(self._handles), 1, 0, 0, len(self._services), 0, context)
         return self._wait_set
 
 
