@@ -52,6 +52,7 @@ $(VENV)/runtime.stamp: requirements/runtime.txt setup.py $(VENV)/created.stamp
 $(VENV)/all.stamp: requirements/all.txt $(VENV)/runtime.stamp
 	@echo "Installing the test, bench and docs tools: $$(grep -c == $<) pinned packages in all"
 	@$(INSTALL) -r $<
+	@$(BIN)/ur5 warm-up --all
 	@touch $@
 
 demo: setup  ## the paper's experiment, judged (ARGS="--arm ur5_real ...")

@@ -176,9 +176,9 @@ def test_identify_finds_the_arm_and_writes_a_file_that_validate_takes(ur5, tmp_p
 def test_after_a_warm_up_a_demo_and_its_verdict_compile_nothing(ur5, tmp_path):
     folder = tmp_path / 'kernels'
     ur5.environment['NUMBA_CACHE_DIR'] = str(folder)
-    assert '16 of 16 kernels compiled' in ur5('warm-up').out
+    assert '11 of 11 kernels compiled' in ur5('warm-up').out
     compiled = sorted(folder.rglob('*.nbc'))
-    assert '0 of 16 kernels compiled' in ur5('warm-up').out
+    assert '0 of 11 kernels compiled' in ur5('warm-up').out
     demo = ur5('demo', '--composed', '--run', 'run')
     assert demo.code == 0 and 'compiling' not in demo.err
     assert sorted(folder.rglob('*.nbc')) == compiled

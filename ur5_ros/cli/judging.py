@@ -79,10 +79,13 @@ def validate(
 
 
 @app.command(name='warm-up')
-def warm_up() -> int:
-    """Compile for this processor what nodes, demo and validation need."""
+def warm_up(
+    everything: Annotated[bool, typer.Option(
+        '--all', help='Also for contact, force control, pictures and identification.')] = False,
+) -> int:
+    """Compile for this processor what demo, validation and nodes without a world need."""
     from ur5_ros.cli.commands import warm_up as work
-    return work.warm_up()
+    return work.warm_up(everything)
 
 
 @app.command()

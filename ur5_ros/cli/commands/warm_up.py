@@ -12,40 +12,45 @@ from ur5_ros.model.kernels.compile_notice import on_compile
 
 _MODEL = 'ur5_ros.model.kernels'
 #: Module, kernel and whether its form for many states is needed; what takes longest is first.
+#: These serve the demo, its verdict and nodes without a world.
 KERNELS = (
-    ('ur5_ros.sim.world.contact_kernel', 'contact_step', False),
-    ('ur5_ros.control.laws.impedance_kernel', 'impedance_torque', False),
-    ('ur5_ros.control.kernel', 'law', False),
-    ('ur5_ros.viewer.picture.ray_kernel', 'cast', False),
-    (f'{_MODEL}.dynamics', 'inverse', True),
     (f'{_MODEL}.inverse_kinematics', 'solve', True),
+    ('ur5_ros.control.kernel', 'law', False),
+    (f'{_MODEL}.dynamics', 'inverse', True),
     (f'{_MODEL}.kinematics', 'pose', True),
     (f'{_MODEL}.dynamics', 'inertia', True),
     (f'{_MODEL}.kinematics', 'jacobian_rate', True),
     (f'{_MODEL}.kinematics', 'jacobian', True),
     ('ur5_ros.sim.integrator_kernel', 'engine_torque', False),
-    (f'{_MODEL}.forward_dynamics', 'forward', False),
     ('ur5_ros.sim.integrator_kernel', 'friction', False),
     (f'{_MODEL}.dynamics', 'gravity', False),
     (f'{_MODEL}.kinematics', 'links', True),
+)
+#: These serve contact, force control, pictures and identification, and take twice as long.
+FURTHER_KERNELS = (
+    ('ur5_ros.sim.world.contact_kernel', 'contact_step', False),
+    ('ur5_ros.control.laws.impedance_kernel', 'impedance_torque', False),
+    ('ur5_ros.viewer.picture.ray_kernel', 'cast', False),
+    (f'{_MODEL}.forward_dynamics', 'forward', False),
     (f'{_MODEL}.regressor', 'regressor', True),
 )
 
 
-def warm_up() -> int:
+def warm_up(everything: bool) -> int:
     """Compile what is not in the cache yet; see ``ur5 warm-up --help``."""
     out, began = terminal.console(), time.monotonic()
+    kernels = (*FURTHER_KERNELS, *KERNELS) if everything else KERNELS
     spawn = multiprocessing.get_context('spawn')
-    workers = min(len(os.sched_getaffinity(0)), len(KERNELS))
+    workers = min(len(os.sched_getaffinity(0)), len(kernels))
     compiled = 0
-    with terminal.progress('compiling for this processor', len(KERNELS), 'kernels') as advance, \
+    with terminal.progress('compiling for this processor', len(kernels), 'kernels') as advance, \
             ProcessPoolExecutor(workers, spawn) as pool:
-        tasks = [pool.submit(compile_kernel, *each) for each in KERNELS]
+        tasks = [pool.submit(compile_kernel, *each) for each in kernels]
         for done, task in enumerate(as_completed(tasks), 1):
             compiled += task.result()
             advance(done)
     seconds = time.monotonic() - began
-    terminal.show_text(out, f'{compiled} of {len(KERNELS)} kernels compiled in {seconds:.1f} s; '
+    terminal.show_text(out, f'{compiled} of {len(kernels)} kernels compiled in {seconds:.1f} s; '
                        'the others were kept from before')
     return YES
 
