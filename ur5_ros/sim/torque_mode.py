@@ -4,7 +4,6 @@ import numpy as np
 
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.sim.event_log import EventLog
-from ur5_ros.sim.integrator import NO_JOINTS
 
 
 class TorqueMode:
