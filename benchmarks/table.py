@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / 'benchmarks' / 'results'
 PAGE = ROOT / 'docs' / 'performance.md'
 #: Titles come in this order, others after them.
-ORDER = ('lockstep', 'profile', 'paced', 'recording', 'start', 'compile_time',
+ORDER = ('lockstep', 'profile', 'paced', 'recording', 'start', 'compile_time', 'fresh_clones',
          'scaling', 'loop_without_ros',
          'sweep', 'sweep_proof', 'laws', 'laws_whole', 'control', 'analysis', 'identification',
          'bag', 'contact', 'friction', 'model_ur5', 'real_ur5', 'evidence')

@@ -173,8 +173,11 @@ def test_a_service_that_takes_the_arm_ends_the_goal(served):
     assert (status, code) == (ABORTED, ResultCode.INVALID_GOAL) and 'hold' in text
 
 
-def test_states_that_stop_end_the_goal_and_so_does_the_end_of_the_node(ros, interfaces):
-    client = Client(ros, interfaces)
+@pytest.mark.parametrize('use_sim_time', [False, True])
+def test_states_that_stop_end_the_goal_and_so_does_the_end_of_the_node(ros, interfaces,
+                                                                       use_sim_time):
+    """Whatever clock the node was given: a simulator that is gone stops the simulated one."""
+    client = Client(ros, interfaces, use_sim_time=use_sim_time)
     handle = client.send(trajectory(moved([0.3, 0, 0, 0, 0, 0]), 30.0))
     client.sim.kill()
     status, code, text = client.result(handle)

@@ -8,6 +8,7 @@ in :mod:`ur5_ros.control.tolerances`.
 
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from ur5_ros.control.controller import Controller
@@ -79,7 +80,8 @@ class TrajectoryAction:
             node, action_type, '~/follow_joint_trajectory', lambda goal: action_type.Result(),
             goal_callback=self._begin, handle_accepted_callback=self._accept,
             cancel_callback=lambda goal: CancelResponse.ACCEPT)
-        self._timer = node.create_timer(1.0 / MONITOR_RATE, self._look)
+        self._timer = node.create_timer(1.0 / MONITOR_RATE, self._look,
+                                        clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def close(self) -> None:
         """Abort what is open; the results are on their way when :attr:`idle` is true."""
