@@ -123,7 +123,7 @@ def rows_with_priority(found: dict[str, list[float]], load: str) -> list[Row]:
     median = {name: float(np.median(values)) for name, values in found.items()}
     return [
         Row('share of late periods, realtime_priority 80', '0.1 %', median['late'] / 1e-3, 1.0,
-            False, f'{median["late"]:.3%}; asks for an idle machine' + load),
+            False, f'{median["late"]:.3%}; needs an idle machine' + load),
         Row('p99 from a state to the arrival of its command, realtime_priority 80',
             'p99 of the ping-pong, kept wait set, the same priority',
             median['p99'] / median['p99 trips'], 2.0, False,
@@ -155,7 +155,7 @@ def main() -> None:
             max(median['late'], one) / max(median['late sleeper'], one), 2.0, False,
             f'{median["late"]:.2%} against {median["late sleeper"]:.2%}' + load),
         Row('share of late periods', '0.1 %', median['late'] / 1e-3, 1.0, False,
-            'asks for an idle machine' + load),
+            'needs an idle machine' + load),
         Row(latency, 'p99 of the ping-pong, SingleThreadedExecutor',
             median['p99'] / median['p99 trips of objects'], 2.0, False,
             f'{median["p99"] * 1e6:.0f} us' + load),
@@ -163,15 +163,15 @@ def main() -> None:
             2.0, False, f'{median["p99"] * 1e6:.0f} us' + load),
         Row(f'wall time less simulated time of {long.simulated:.3f} s', '0.1 % of it',
             abs(long.wall - long.simulated) / long.simulated / 1e-3, 1.0, False,
-            f'{long.wall:.4f} s, asks for a machine that stops nobody for 0.2 s' + load),
-        Row('the same, less what the node says that it lost', '0.1 % of it',
+            f'{long.wall:.4f} s, needs a machine without a stall of 0.2 s' + load),
+        Row('the same, less what the node reports as lost', '0.1 % of it',
             abs(long.wall - long.lost - long.simulated) / long.simulated / 1e-3, 1.0, False,
             f'{long.lost:.4f} s lost'),
-        Row('late periods told on /diagnostics beyond what the log times of the bag allow',
+        Row('late periods reported on /diagnostics beyond what the log times of the bag allow',
             'those in the bag, at least 0.1 % of all',
             max(long.surely - long.counted, long.counted - long.found, 0)
             / max(long.found, long.simulated * RATE * 1e-3), 0.1, False,
-            f'{long.counted} told; by the log times {long.surely} to {long.found} began more than '
+            f'{long.counted} reported; by the log times {long.surely} to {long.found} began more than '
             'half a period late'),
         *(rows_with_priority(prior, load) if prior else ()),
     ], {'figures': found, 'with priority': prior, 'clocks': long._asdict()},

@@ -218,7 +218,7 @@ def main() -> None:
     """Run, compare, keep the figures; exit 1 if one is missed."""
     parser = argparse.ArgumentParser(description=__doc__.strip().partition('\n')[0])
     parser.add_argument('--runs', type=int, default=10_000)
-    parser.add_argument('--again', type=int, default=1_000, help='runs that are repeated in peace')
+    parser.add_argument('--again', type=int, default=1_000, help='runs that are repeated undisturbed')
     parser.add_argument('--keep', action='store_true',
                         help='keep the figures of fewer than 10,000 runs too')
     parser.add_argument('--judge', choices=('checks', 'metrics'), default='checks')
@@ -258,7 +258,7 @@ def main() -> None:
             f'{len(written) - len(set(written))} twice'),
         Row('rows that could not be done', 'runs asked for',
             statuses.get('failed', 0) / options.runs, 0.0, False),
-        Row('rows with the bits of a sweep that nobody disturbed', 'rows compared',
+        Row('rows with the bits of an undisturbed sweep', 'rows compared',
             float(digests[0] == digests[1]), 1.0, True, f'{quiet.height} rows'),
         Row('memory at the end of a process, the worst of them', 'when it was warm', worst, 1.1,
             False, '; '.join(f'{who.partition(",")[0]} {found["warm"]:.0f} to '

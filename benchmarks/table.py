@@ -27,10 +27,10 @@ missed bar is worth a second look on a quiet one: `.venv/bin/python benchmarks/b
 TAIL = """## What stands in the way
 
 - A lockstep period is two messages.  The ping-pong with a kept wait set is what the middleware
-  takes for them, with no work done; physics, law, seven messages made and recorded come on top.
+  takes for them, with no work done; physics, law, seven messages made and recorded are added.
 - What the nodes do costs two to three times as much in the loop of two processes as by itself:
   between two turns the other node, the middleware and the kernel have used the same caches.
-- In one process (`ur5 demo --composed`) nobody is woken: a message is there when the other node
+- In one process (`ur5 demo --composed`) no thread is woken: a message is there when the other node
   takes it, and the caches stay warm.
 - Each message wakes a thread of the middleware before it wakes the node: there is no way around
   it for types without a bound on their size.
@@ -44,7 +44,7 @@ TAIL = """## What stands in the way
   reasons in [the decision](decisions/loopback.md).
 - Paced, a core sleeps between two periods: after 0.3 ms of sleep the same work takes three times
   as long as at once.
-- A wait set has to be filled anew for each wait (rclpy's crashes if it is not): 2 microseconds an
+- A wait set has to be filled again for each wait (rclpy's crashes if it is not): 2 microseconds an
   entity.  While the loop runs it holds the hot topic alone.
 """
 

@@ -237,7 +237,7 @@ def test_what_is_no_bag_is_named(tmp_path, data):
     try:
         assert not open_bag(tmp_path / 'a.mcap').complete
     except BagError as problem:
-        named = 'not a bag of rosbag2' if data.startswith(b'SQLite') else 'no MCAP file'
+        named = 'not a bag of rosbag2' if data.startswith(b'SQLite') else 'not an MCAP file'
         assert named in str(problem)
     with pytest.raises(InputError, match='no .mcap file in it'):
         (tmp_path / 'none').mkdir()

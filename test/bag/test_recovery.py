@@ -219,7 +219,7 @@ def test_a_damaged_chunk_in_the_middle_costs_that_chunk_alone(record, tmp_path, 
 def test_a_run_of_which_nothing_is_readable_is_named(tmp_path):
     (tmp_path / 'run' / 'sim').mkdir(parents=True)
     (tmp_path / 'run' / 'sim' / 'sim_0.mcap').write_bytes(b'noise' * 100)
-    with pytest.raises(BagError, match='no MCAP file'):
+    with pytest.raises(BagError, match='not an MCAP file'):
         recover(tmp_path / 'run')
     with pytest.raises(InputError, match='no such folder'):
         recover(tmp_path / 'missing')

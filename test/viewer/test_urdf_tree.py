@@ -48,7 +48,7 @@ def test_a_shape_keeps_its_place_on_its_link():
 
 
 @pytest.mark.parametrize(('text', 'said'), [
-    ('no xml', 'no XML'),
+    ('no xml', 'not XML'),
     ('<robot/>', '0 root links'),
     ('<robot><link name="a"/><link name="b"/></robot>', '2 root links'),
     ('<robot><link name="a"/><link name="b"/><joint name="j" type="fixed"><parent link="a"/>'

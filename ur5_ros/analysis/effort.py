@@ -53,7 +53,7 @@ WORDS = {
     'target': "gravity alone, a controller's target torque for a reference at rest",
     'current': 'motor current',
     'other_sign': 'joint torque with the other sign',
-    'constant': 'constant, no measurement',
+    'constant': 'constant, not a measurement',
 }
 
 

@@ -114,7 +114,7 @@ def no_arm(run: Run) -> str:
                            for name, each in other)
         return (f'{sentence}; none of the known arms fits the effort as joint torque, but with '
                 f'another meaning: {listed}')
-    listed = ', '.join(f'{fit.name} ({fit.rms:.3g} N m RMS are missed)' for fit in fits[:3])
+    listed = ', '.join(f'{fit.name} ({fit.rms:.3g} N m RMS unexplained)' for fit in fits[:3])
     return f'{sentence}; of the known arms these fit the torques best: {listed}' if fits \
         else sentence
 

@@ -173,7 +173,7 @@ def read_metadata(folder: Path) -> Information:
     except InputError as error:
         raise BagError(str(error)) from None
     if not isinstance(data, dict) or not isinstance(data.get('rosbag2_bagfile_information'), dict):
-        raise BagError(f'{path}: no rosbag2_bagfile_information in it; remove the file and mend '
+        raise BagError(f'{path}: no rosbag2_bagfile_information in it; remove the file and repair '
                        'the bag with: ur5 recover')
     try:
         found = validate(Information, data['rosbag2_bagfile_information'], str(path))

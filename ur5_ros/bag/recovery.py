@@ -52,8 +52,8 @@ class Recovery(NamedTuple):
             lines += bag.problems
             total = sum(bag.kept.values())
             lines.append(f'{bag.name}: {total} messages on {len(bag.kept)} topics kept')
-        lines.append(f'{self.source}: nothing to mend' if self.out is None
-                     else f'mended: {self.out}')
+        lines.append(f'{self.source}: nothing to repair' if self.out is None
+                     else f'repaired: {self.out}')
         return lines
 
     def to_plain(self) -> dict[str, object]:

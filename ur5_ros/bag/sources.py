@@ -68,7 +68,7 @@ def report_missing_metadata(
     if path.is_dir() and not (path / NAME).is_file() and (described or any(
             isinstance(source, McapReader) and source.summary is None for source in sources)):
         report(f'{path}: no file {NAME}, the recording was ended before it was closed; '
-               'mend it with: ur5 recover')
+               'repair it with: ur5 recover')
 
 
 def _check_storage(path: Path, information: Information) -> None:
@@ -76,8 +76,8 @@ def _check_storage(path: Path, information: Information) -> None:
     storage, mode = information.storage_identifier, information.compression_mode
     if mode.lower() not in ('', 'none', 'file') or storage not in ('', 'mcap', 'sqlite3'):
         compressed = f' compressed by {mode[:20]}' if mode else ''
-        raise InputError(f'{path}: storage {storage[:20]!r}{compressed} is not read; write it '
-                         'anew as mcap with: ros2 bag convert')
+        raise InputError(f'{path}: storage {storage[:20]!r}{compressed} is not read; convert '
+                         'it to mcap with: ros2 bag convert')
 
 
 def _open_file(path: Path, report: Report) -> MessageSource:
@@ -93,7 +93,7 @@ def _open_file(path: Path, report: Report) -> MessageSource:
         raise BagError(f'{path}: a bag of ROS 1, which is no MCAP file; convert it with: '
                        'rosbags-convert')
     if path.name.lower().endswith(LOGS):
-        raise BagError(f"{path}: no bag; a robot's log becomes one by: ur5 import {path.name} "
+        raise BagError(f"{path}: not a bag; a robot's log becomes one by: ur5 import {path.name} "
                        '--out RUN --arm NAME')
     for magic, command in COMPRESSED.items():
         if start.startswith(magic):

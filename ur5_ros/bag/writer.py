@@ -194,6 +194,6 @@ class BagWriter:
             reason = getattr(error, 'strerror', None) or f'{type(error).__name__}: {error}'
             self._broken = True
             self.failure = (f'bag {self.folder}: {reason}; recording has stopped, the run goes '
-                            'on; mend what is there with: ur5 recover')
+                            'on; repair what was recorded with: ur5 recover')
             with suppress(OSError):
                 self._bag.abandon()

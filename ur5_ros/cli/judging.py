@@ -56,7 +56,7 @@ def validate(
     kp: Annotated[str | None, typer.Option(
         metavar='N[,N...]', help='Position gain, where the bag has none: 1, 6 or 36.')] = None,
     kd: Annotated[str | None, typer.Option(
-        metavar='N[,N...]', help='Velocity gain, likewise.')] = None,
+        metavar='N[,N...]', help='Velocity gain, where the bag has none: 1, 6 or 36.')] = None,
     reference: Annotated[str, typer.Option(
         metavar='TEXT', help='Topic, experiment, joints or pose to be followed.')] = '',
     marks: Annotated[Path | None, typer.Option(

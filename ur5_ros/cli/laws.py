@@ -18,7 +18,7 @@ def bench(
     seeds: Annotated[int, typer.Option(
         metavar='N', min=1, max=1000, help='Seeds of each perturbation.')] = 5,
     out: Annotated[Path | None, typer.Option(
-        '-o', '--out', metavar='FOLDER', help='Where table and report go; bench by default.',
+        '-o', '--out', metavar='FOLDER', help='Folder for table and report; bench by default.',
     )] = None,
     scheduler: Scheduler = None,
     workers: Workers = None,
@@ -27,7 +27,7 @@ def bench(
     tune: Annotated[Path | None, typer.Option(
         metavar='FILE', help='Search the gains anew and write them here instead.')] = None,
 ) -> int:
-    """Compare the laws under what they do not know."""
+    """Compare the laws under perturbations."""
     from ur5_ros.cli.commands import bench as work
     return work.bench(law, quick, seeds, out, scheduler, workers, gains, tune)
 
@@ -39,7 +39,7 @@ def grade(
         help='kinematics, dynamics, computed_torque, identification, friction or contact.')],
     file: Annotated[Path, typer.Argument(
         metavar='FILE', help='The solution, a Python file.', show_default=False)],
-    seed: Annotated[int, typer.Option(metavar='N', min=0, help='Of the questions.')] = 0,
+    seed: Annotated[int, typer.Option(metavar='N', min=0, help='Seed of the questions.')] = 0,
     json: Json = None,
 ) -> int:
     """Judge a solution of the course, line by line."""

@@ -65,7 +65,7 @@ def _compile_notice() -> Callable[[str], None]:
     def notice(name: str) -> None:
         if not compiled:
             print('ur5: compiling for this processor, once, for up to half a minute\n'
-                  'ur5: (ur5 warm-up --all does it ahead)', file=sys.stderr)
+                  'ur5: (ur5 warm-up --all does it in advance)', file=sys.stderr)
         compiled.append(name)
 
     return notice

@@ -69,10 +69,11 @@ def excite(
         '-o', '--out', metavar='FILE', help='Experiment file to write, with a JointTrajectory '
         'beside it.', show_default=False)],
     arm: Annotated[str, typer.Option(
-        metavar='NAME', autocompletion=arm_names, help='Arm whose limits hold.')] = 'ur5',
-    seconds: Annotated[float, typer.Option(metavar='S', help='Length of the motion.')] = 30.0,
+        metavar='NAME', autocompletion=arm_names,
+        help='Arm whose limits the motion keeps.')] = 'ur5',
+    seconds: Annotated[float, typer.Option(metavar='S', help='Length of the motion [s].')] = 30.0,
     budget: Annotated[float, typer.Option(
-        metavar='S', help='Time that the search may take.')] = 120.0,
+        metavar='S', help='Time that the search may take [s].')] = 120.0,
     acceleration: Annotated[float, typer.Option(
         metavar='A', help='Largest joint acceleration [rad/s^2].')] = 4.0,
     clearance: Annotated[float, typer.Option(
@@ -173,10 +174,10 @@ def experiments() -> int:
 
 @app.command('set', context_settings={'ignore_unknown_options': True})  # -1 is a value
 def set_(
-    node: Annotated[str, typer.Argument(metavar='NODE', help='Such as /ur5_sim.',
+    node: Annotated[str, typer.Argument(metavar='NODE', help='Node, such as /ur5_sim.',
                                         show_default=False)],
     name: Annotated[str, typer.Argument(metavar='NAME', help='Parameter.', show_default=False)],
-    value: Annotated[str, typer.Argument(metavar='VALUE', help='As in YAML.',
+    value: Annotated[str, typer.Argument(metavar='VALUE', help='Value, written as in YAML.',
                                          show_default=False)],
 ) -> int:
     """Set a parameter of a running node."""
@@ -207,7 +208,7 @@ def urdf(
         metavar='NAME', autocompletion=arm_names, help='Arm: a name or a file.')] = 'ur5',
     tf_prefix: Annotated[str, typer.Option(metavar='TEXT', help='Put before every name.')] = '',
     ros2_control: Annotated[bool, typer.Option(
-        '--ros2-control', help='With the tag of ros2_control for the simulator.')] = False,
+        '--ros2-control', help='Add the tag of ros2_control for the simulator.')] = False,
 ) -> int:
     """Print the URDF of an arm, made from its arm file."""
     from ur5_ros.cli.commands import pictures

@@ -33,10 +33,10 @@ _SHARED = (
               0, 2**40),
     Parameter('tf_prefix', '', 'Put before every joint and frame name.'),
     Parameter('effort_convention', 'total', 'What a commanded effort means: the whole joint '
-              'torque, or the torque beside gravity, as UR and Franka have it.',
+              'torque, or the torque without gravity, as for UR and Franka robots.',
               choices=('total', 'gravity_excluded')),
-    Parameter('hot_loop', 'wait_set', 'How messages are taken: one kept wait set on raw bytes, '
-              'or the stock executor on message objects; both give the same bits.',
+    Parameter('hot_loop', 'wait_set', 'How messages are received: one wait set, made once, on raw '
+              "bytes, or rclpy's executor on message objects; both give the same bits.",
               choices=('wait_set', 'executor')),
     Parameter('realtime_priority', 0, 'Priority of the loop under SCHED_FIFO, with its memory '
               'locked, for paced runs; 0 = ordinary scheduling.', 0, 99),
@@ -48,7 +48,7 @@ SIM_PARAMETERS = (
     Parameter('gui', False, "Open PyBullet's window."),
     Parameter('lockstep', True, 'Simulated time waits for the answer to each state.'),
     Parameter('lockstep_timeout', 10.0, 'Wall-clock wait for an answer before the fallback '
-              'takes over [s]; 0 = for ever.', 0.0, 86400.0),
+              'takes over [s]; 0 = no limit.', 0.0, 86400.0),
     Parameter('realtime_factor', 1.0, 'Simulated per wall time when paced; 0 = as fast as it '
               'goes.', 0.0, 1000.0),
     Parameter('control_rate', 1000, 'Control periods a simulated second [Hz].', 1, 10000),
@@ -58,7 +58,7 @@ SIM_PARAMETERS = (
     Parameter('command_timeout', 0.04, 'Age at which a stamped command is too old when paced '
               '[simulated s].', 0.0, 3600.0),
     Parameter('repeated_command_timeout', 0.0, 'Paced: the same torque for longer than this is no '
-              'command, as of a sender whose controller has gone [simulated s]; 0 = for ever.',
+              'command, as of a sender whose controller has gone [simulated s]; 0 = no limit.',
               0.0, 3600.0),
     Parameter('forward_commands', True, 'Listen to forward_effort_controller/commands; false '
               'where a controller of that name publishes there.'),
@@ -71,7 +71,7 @@ SIM_PARAMETERS = (
     Parameter('torque_rate_limit', 0.0, 'Highest change of a commanded torque [N m/s]; 0 = '
               'none.', 0.0, 1e9),
     Parameter('effort_feedback', 'total', 'What /joint_states has as effort: the whole torque, '
-              "that beside gravity, or the motors' current.",
+              "the torque without gravity, or the motors' current.",
               choices=('total', 'gravity_excluded', 'current')),
     Parameter('torque_constant', [10.15, 10.15, 10.13, 8.1, 8.2, 8.08], "Joint torque by current "
               "[N m/A]: a UR5e's own calibration times its gear ratio of 101.", 1e-3, 1e4,
@@ -173,9 +173,9 @@ CONTROL_PARAMETERS = (
     Parameter('boundary_layer', [0.5], 'Width of the boundary layer of mode sliding_mode, in '
               "s = e' + KD^-1 KP e [rad/s]: 1 or 6 numbers.", 1e-9, 1e6, sizes=(1, 6),
               live=True),
-    Parameter('disturbance_observer', False, 'Take off what a momentum observer finds that the '
-              'model does not explain, on top of any mode.', live=True),
-    Parameter('observer_gain', 20.0, 'How fast it follows [1/s].', 1e-6, 1e4, live=True),
+    Parameter('disturbance_observer', False, 'Subtract the torque that a momentum observer '
+              'finds and the model does not explain, in any mode.', live=True),
+    Parameter('observer_gain', 20.0, 'Bandwidth of that observer [1/s].', 1e-6, 1e4, live=True),
     Parameter('impedance.stiffness', [1000.0, 1000.0, 1000.0, 30.0, 30.0, 5.0], 'Stiffness of the '
               'tool in mode cartesian_impedance [N/m], [N m/rad]: 6 or 36 numbers, row-major.',
               -1e9, 1e9, sizes=(6, 36), live=True),
@@ -184,8 +184,8 @@ CONTROL_PARAMETERS = (
     Parameter('impedance.inertia', [], 'Inertia that the tool shows to its reference [kg], '
               '[kg m^2]: 6 or 36 numbers; empty = that of the arm.', -1e9, 1e9,
               sizes=(0, 6, 36), live=True),
-    Parameter('impedance.frame', 'tool', 'Axes of the three.', choices=('tool', 'base'),
-              live=True),
+    Parameter('impedance.frame', 'tool', 'Axes of impedance.stiffness, .damping and '
+              '.inertia.', choices=('tool', 'base'), live=True),
     Parameter('guard_force', 0.0, 'A path ends where the tool meets this force, as the momentum '
               'observer estimates it [N]; 0 = never.', 0.0, 1e6, live=True),
     Parameter('friction_feedforward', False, "Add the friction of the law's arm at the desired "
@@ -198,7 +198,7 @@ CONTROL_PARAMETERS = (
               '[rad/s^2]: 1 or 6 numbers.', 1e-6, 1e4, sizes=(1, 6), live=True),
     Parameter('max_jerk', [20.0], 'Joint jerk of point-to-point motion [rad/s^3]: 1 or 6 '
               'numbers.', 1e-6, 1e6, sizes=(1, 6), live=True),
-    Parameter('max_joint_jump', 3.2, 'A target whose nearest solution lies further away on a '
+    Parameter('max_joint_jump', 3.2, 'A target whose nearest solution is further away on a '
               'joint is refused [rad].', 1e-6, 100.0, live=True),
     Parameter('singularity_margin', 0.02, 'A path that comes nearer to a singularity is '
               'refused (smallest of |sin q5|, |sin q3|, |wrist centre to axis 1| / reach).', 0.0,

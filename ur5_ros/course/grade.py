@@ -97,7 +97,7 @@ def _mark(line: Line, module: Any, file: str, seed: int) -> Mark:
 def _load(file: str) -> Any:
     spec = spec_from_file_location('solution', file)
     if spec is None or spec.loader is None:
-        raise ImportError('no Python file; its name should end in .py')
+        raise ImportError('not a Python file; its name should end in .py')
     module = module_from_spec(spec)
     sys.modules['solution'] = module
     spec.loader.exec_module(module)

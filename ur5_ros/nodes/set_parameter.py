@@ -55,7 +55,7 @@ def _value(name: str, text: str) -> object:
             isinstance(each, int | float) and not isinstance(each, bool) for each in value):
         return [float(each) for each in value]
     if value is None or isinstance(value, dict | list) and not value:
-        raise InputError(f'{name}: {text!r} is no value; give a number, true, a word or [1, 2]')
+        raise InputError(f'{name}: {text!r} is not a value; give a number, true, a word or [1, 2]')
     return value
 
 

@@ -1,11 +1,12 @@
 """Curves beside the arm: torques, joint errors, tool error, with a mark at the time shown."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import viser
 from viser import uplot
 
+from ur5_ros.analysis.injected import Injection
 from ur5_ros.analysis.report.palette import JOINT_COLOURS, SHORT_NAMES
 from ur5_ros.viewer.track import Track
 
@@ -24,12 +25,13 @@ class Curve:
     """
     One chart over time with a mark that can be moved.
 
-    ``t`` (n,): time [s]; ``values`` (n, len(names)): what is drawn; NaN leaves a gap.
+    ``t`` (n,): time [s]; ``values`` (n, len(names)): what is drawn; NaN leaves a gap;
+    ``instants``: times [s] with a numbered line.
 
     """
 
     def __init__(self, server: viser.ViserServer, title: str, names: tuple[str, ...],
-                 t: np.ndarray, values: np.ndarray):
+                 t: np.ndarray, values: np.ndarray, instants: Sequence[float] = ()):
         lines = [uplot.Series(label=name, stroke=JOINT_COLOURS[i], width=1.5)
                  for i, name in enumerate(names)]
         mark = uplot.Series(label='now', stroke=MARK, width=1.0,
@@ -38,7 +40,8 @@ class Curve:
         self._chart = server.gui.add_uplot(
             data=self._data(0), series=(uplot.Series(label='t [s]'), *lines, mark), title=title,
             scales=self._scales(), height=170, legend=uplot.Legend(show=False),
-            axes=(uplot.Axis(stroke=MARK), uplot.Axis(stroke=MARK, size=62.0)))
+            axes=(uplot.Axis(stroke=MARK), uplot.Axis(stroke=MARK, size=62.0),
+                  *_numbered_lines(instants)))
 
     def mark(self, row: int) -> None:
         """Put the mark at a row of the data."""
@@ -73,12 +76,21 @@ class Curve:
 
 
 class Curves:
-    """The three charts of a track."""
+    """
+    The three charts of a track.
 
-    def __init__(self, server: viser.ViserServer, track: Track):
+    ``injected``: what was added to the plant; each has a numbered line in every chart.
+
+    """
+
+    def __init__(self, server: viser.ViserServer, track: Track,
+                 injected: Sequence[Injection] = ()):
         server.gui.add_markdown(colour_key(dict(zip(SHORT_NAMES, JOINT_COLOURS, strict=True))))
-        self._charts = [Curve(server, title, names, track.t, values)
+        instants = [each.t for each in injected]
+        self._charts = [Curve(server, title, names, track.t, values, instants)
                         for (title, names), values in zip(_CHARTS, _values(track), strict=True)]
+        if injected:
+            server.gui.add_markdown(_injected_list(injected))
 
     def mark(self, row: int) -> None:
         """Put the mark of every chart at a row."""
@@ -89,6 +101,24 @@ class Curves:
         """Draw another track."""
         for chart, values in zip(self._charts, _values(track), strict=True):
             chart.show(track.t, values)
+
+
+def _numbered_lines(instants: Sequence[float]) -> tuple[uplot.Axis, ...]:
+    """Return an axis above a chart with a dotted line and a number at each instant [s]."""
+    if not instants:
+        return ()
+    # of two lines at one place only the first has room for its number
+    numbers = tuple('' if t in instants[:i] else str(i + 1) for i, t in enumerate(instants))
+    return (uplot.Axis(scale='x', side=0, size=20.0, stroke=MARK, splits=tuple(instants),
+                       values=numbers, ticks=uplot.Axis_Ticks(show=False),
+                       grid=uplot.Axis_Grid(stroke=MARK, width=1.0, dash=(3.0, 3.0))),)
+
+
+def _injected_list(injected: Sequence[Injection]) -> str:
+    """Return Markdown that says what each numbered line is."""
+    lines = [f'{i}. {each.text[:60]}' + (f', from {each.t:.4g} s' if each.t > 0.0 else '')
+             for i, each in enumerate(injected, start=1)]
+    return '\n'.join(['added to the plant:\n', *lines])
 
 
 _CHARTS = (

@@ -1,7 +1,10 @@
 """The page that both views share: an arm, charts and a line of numbers, on this machine only."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from ur5_ros.analysis.injected import Injection
 from ur5_ros.viewer.arm_scene import ArmScene
 from ur5_ros.viewer.curves import Curves
 from ur5_ros.viewer.page_server import PageServer, View
@@ -18,11 +21,13 @@ class Page:
     """
     The page, served on 127.0.0.1 until :meth:`close`.
 
-    ``port``: port to serve on; the next free one where it is taken.
+    ``port``: port to serve on; the next free one where it is taken; ``injected``: what was added
+    to the plant of the run.
 
     """
 
-    def __init__(self, tree: UrdfTree, track: Track, title: str, port: int):
+    def __init__(self, tree: UrdfTree, track: Track, title: str, port: int,
+                 injected: Sequence[Injection] = ()):
         length = sum(float(np.linalg.norm(joint.pose[:3, 3])) for joint in tree.joints)
         self._serving = PageServer(title, port, _scaled(_WIDE, length), _scaled(_UPRIGHT, length))
         self.server = self._serving.viser
@@ -35,7 +40,7 @@ class Page:
         self.numbers = gui.add_markdown('')
         self.controls = gui.add_folder('Time')
         with gui.add_folder('Curves'):
-            self.curves = Curves(self.server, track)
+            self.curves = Curves(self.server, track, injected)
 
     @property
     def port(self) -> int:

@@ -5,6 +5,7 @@ import time
 from typing import Any
 
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.injected import injections
 from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
 from ur5_ros.viewer.curves import colour_key
 from ur5_ros.viewer.page import Page
@@ -12,6 +13,8 @@ from ur5_ros.viewer.track import arm_of, track, tree_of
 from ur5_ros.viewer.world_scene import WorldScene
 
 FRAME = 1 / 25
+#: Lines of what was added to the plant that a chart can carry.
+MARKS = 40
 
 
 class RecordedView:
@@ -25,7 +28,7 @@ class RecordedView:
     def __init__(self, run: Run, port: int = 8080):
         tree = tree_of(arm_of(run), run.sim.world if run.sim else None)
         self._track = track(run, tree)
-        self.page = Page(tree, self._track, f'ur5 {run.name}', port)
+        self.page = Page(tree, self._track, f'ur5 {run.name}', port, injections(run)[:MARKS])
         self.page.arm.path('measured', self._track.tool, MEASURED)
         self.page.arm.path('reference', self._track.tool_reference, REFERENCE)
         self.world = WorldScene(self.page.server, run)

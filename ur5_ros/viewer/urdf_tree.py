@@ -58,7 +58,7 @@ def parse_urdf(text: str) -> UrdfTree:
     try:
         robot = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
-        raise InputError(f'robot description is no XML: {error}') from None
+        raise InputError(f'robot description is not XML: {error}') from None
     colours = {material.get('name'): _colour(material) for material in robot.findall('material')}
     visuals = {_text(link, 'name'): tuple(_visuals(link, colours))
                for link in robot.findall('link')}

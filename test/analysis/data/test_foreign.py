@@ -179,7 +179,7 @@ def test_rows_that_hold_no_number_are_dropped_counted_and_placed(judged, made, r
     assert result.verdict == 'pass'
     assert result.about['states'] == len(made.stamp) - len(rows)
     first, last = made.t[min(rows)], made.t[max(rows)]
-    assert (f'{len(rows)} states of 700 hold what is no number, from {first:.4g} s to '
+    assert (f'{len(rows)} states of 700 hold a value that is not a number, from {first:.4g} s to '
             f'{last:.4g} s: dropped') in remarks(result)
 
 
@@ -290,7 +290,7 @@ def test_efforts_missing_in_between_are_no_other_source(judged, made):
     effort = made.effort.copy()
     effort[100:110] = np.nan
     result = judged(arm_messages(made.with_(effort=effort)))
-    assert result.verdict == 'pass' and '10 states of 700 hold what is no number' in (
+    assert result.verdict == 'pass' and '10 states of 700 hold a value that is not a number' in (
         remarks(result))
 
 
@@ -629,7 +629,7 @@ def test_at_rest_the_load_that_explains_the_torque_is_named_without_its_place(ju
         qd=random.normal(0.0, 3e-3 * noise, (700, 6)))))
     assert [cause['kind'] for cause in result.causes] == ['payload']
     assert result.causes[0]['mass_kg'] == pytest.approx(1.5, rel=0.02)
-    assert 'does not tell its centre of mass' in result.causes[0]['sentence']
+    assert 'does not determine its centre of mass' in result.causes[0]['sentence']
 
 
 @pytest.mark.parametrize('noise', [0.0, 0.1])
@@ -641,7 +641,7 @@ def test_at_rest_a_torque_that_no_load_explains_is_not_told(judged, noise):
         + random.normal(0.0, noise, (700, 6)))))
     assert result.verdict == 'fail'
     assert [cause['kind'] for cause in result.causes] == ['unexplained']
-    assert 'this motion does not tell' in result.causes[0]['sentence']
+    assert 'this motion does not show more' in result.causes[0]['sentence']
 
 
 def test_without_an_arm_and_torque_the_arms_that_fit_another_meaning_are_named(judged, made):

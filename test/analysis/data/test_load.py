@@ -126,7 +126,7 @@ def test_what_is_no_number_ends_what_is_judged_and_fails(copied):
 
     result = validate(load_run(copied('sim', change=spoil)))
     assert result.about['states'] == 400
-    assert 'no number' in result.check('recording').sentence
+    assert 'not a number' in result.check('recording').sentence
     assert failed(result) == ['recording']
     json.loads(result.to_json())
 

@@ -179,7 +179,7 @@ def test_a_cause_that_hides_behind_another_widens_its_error_and_is_named(looped)
         1, **TOGETHER['viscous friction'], **TOGETHER['Coulomb friction']))
     cause, = validate(replace(run, truth=None)).causes
     assert cause['kind'] == 'Coulomb friction' and cause['rivals'] == ['viscous friction']
-    assert 'does not tell it from viscous friction' in cause['sentence']
+    assert 'does not distinguish it from viscous friction' in cause['sentence']
 
 
 @pytest.mark.parametrize('experiment, arm, more', [

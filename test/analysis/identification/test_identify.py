@@ -67,7 +67,7 @@ def test_physical_parameters_stay_and_others_become_physical():
 
 
 def test_a_run_that_does_not_excite_the_joints_is_refused(looped):
-    with pytest.raises(InputError, match='does not move|tell the parameters apart'):
+    with pytest.raises(InputError, match='does not move|distinguish the parameters'):
         identify([looped('joint_step', duration=1.0)])
 
 

@@ -104,7 +104,7 @@ def test_a_fixed_hand_belongs_to_the_arm_and_its_moving_fingers_are_counted(writ
 
 
 @pytest.mark.parametrize('change, says', [
-    (lambda text: text[:500], 'no XML'),
+    (lambda text: text[:500], 'not XML'),
     (lambda text: '<mujoco/>', 'its root is <mujoco>'),
     (lambda text: '<!DOCTYPE x [<!ENTITY a "b">]>' + text.partition('?>')[2], 'declares entities'),
     (lambda text: text.replace('name="', 'name="${prefix}', 1), 'xacro'),

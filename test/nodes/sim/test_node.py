@@ -89,7 +89,7 @@ def test_steps_while_paused_give_the_states_of_running(ros):
     states = watcher.hear(JointState, '/joint_states', react=answerer(watcher, publisher))
     for k in range(2, 12):
         done = watcher.call(Trigger, '/ur5_sim/step')
-        assert (done.success, done.message) == (True, f'state {k} is out')
+        assert (done.success, done.message) == (True, f'state {k} is published')
     wait_until(lambda: states and stamp(states[-1]) == 11_000_000, 'state 11')
     plant = plant_from_parameters({})
     for _ in range(10):

@@ -43,8 +43,8 @@ def _cone_check(run: Run, marks: Marks) -> Check:
                 where = (f'; worst {each.bodies[0]} on {each.bodies[1]} at '
                          f'{(stamp - run.stamp[0]) * 1e-9:.4g} s')
     if not count:
-        return not_applicable(_NAMES[0], 'no contact force is recorded: nothing was touched, or '
-                              'monitor_rate is 0')
+        return not_applicable(_NAMES[0], 'no contact force is recorded: the arm touched nothing, '
+                              'or monitor_rate is 0')
     return judge(_NAMES[0], worst, marks['contact_cone'], 'N',
                  f'friction exceeds its coefficient times the normal force by at most '
                  f'{worst:.3g} N in {count} recorded contacts{where}', contacts=count)
@@ -105,12 +105,13 @@ def _observer_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
     truth = first_order(run.required_contact[1:].mean(axis=1), GAIN, run.h, run.steps)
     other = _other_external(run)
     if other:
-        return not_applicable(_NAMES[2], f'{other} acts as well, which the observer cannot tell '
-                              'from contact'), {'observer': (estimate, truth)}
+        return not_applicable(_NAMES[2], f'{other} acts as well, which the observer cannot '
+                              'distinguish from contact'), {'observer': (estimate, truth)}
     size = float(np.abs(truth).max())
     error = float(np.abs(estimate - truth).max())
     if size < 1e-3:
-        return not_applicable(_NAMES[2], 'nothing was touched'), {'observer': (estimate, truth)}
+        return not_applicable(_NAMES[2], 'the arm touched nothing'), {
+            'observer': (estimate, truth)}
     joint = int(np.abs(estimate - truth).max(axis=0).argmax())
     return judge(_NAMES[2], error / size, marks['observer'], '1',
                  f'the momentum observer finds the contact torque within {error:.3g} N m of up to '

@@ -113,7 +113,7 @@ def _overshoot(run: Run, marks: Marks, error: np.ndarray, starts: np.ndarray) ->
     if worst < 0.0:
         return not_applicable(name, 'no step of the reference: the arm starts on it')
     return judge(name, worst, marks['controller_overshoot'], '1',
-                 f'joints pass the reference by at most {worst:.0%} of a step (worst: '
+                 f'joints overshoot the reference by at most {worst:.0%} of a step (worst: '
                  f'{JOINT_NAMES[joint]})', joint=JOINT_NAMES[joint])
 
 

@@ -165,8 +165,9 @@ def inverse_dynamics_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any
     length = samples.q.shape[1] * run.h
     check = judge(
         name, rms[joint] / scale if scale else np.nan, marks['residual_external'], '1',
-        f'smoothed over {length:.3g} s, arm {record.arm_name} misses {rms[joint]:.3g} N m RMS at '
-        f'{JOINT_NAMES[joint]}, of torques up to {np.abs(samples.effort).max():.3g} N m',
+        f'smoothed over {length:.3g} s, arm {record.arm_name} leaves {rms[joint]:.3g} N m RMS '
+        f'unexplained at {JOINT_NAMES[joint]}, of torques up to '
+        f'{np.abs(samples.effort).max():.3g} N m',
         joint=JOINT_NAMES[joint], rms_by_joint=dict(zip(JOINT_NAMES, rms.tolist(), strict=True)))
     return check, {'smoothed': (samples.time.mean(axis=1), unexplained_torque)}
 
@@ -184,5 +185,6 @@ def _current_check(run: Run, marks: Marks) -> Check:
     looks, shown = words_of_factors(factors.tolist())
     return judge(name, rms[joint] / scale if scale else np.nan, marks['residual_external'], '1',
                  f'{looks}, {shown}, friction fitted: {rms[joint] / scale:.2%} of the largest '
-                 f"joint's is missed at {JOINT_NAMES[joint]}" if scale else 'no current flows',
+                 f"joint's stays unexplained at {JOINT_NAMES[joint]}"
+                 if scale else 'no current flows',
                  joint=JOINT_NAMES[joint], factors=factors.tolist())

@@ -57,7 +57,7 @@ def localize_fault(over: np.ndarray) -> str:
     """
     names = [name for name, bad in zip(JOINT_NAMES, over, strict=True) if bad]
     if not names:
-        return 'no joint is beyond the limit: what is compared is no number'
+        return 'no joint is beyond the limit: a compared value is not a number'
     outermost = int(np.flatnonzero(over)[-1])
     if outermost == 5:
         return f'{len(names)} joints are beyond the limit, the outermost is {names[-1]}'

@@ -34,7 +34,8 @@ def sentences_of(fit: Fit, causes: Causes) -> list[dict[str, Any]]:
         if fit.confounders:
             cause['rivals'] = list(fit.confounders)
             others = ' and '.join(fit.confounders)
-            cause['sentence'] += f'; this motion does not tell it from {others}, hence the error'
+            cause['sentence'] += (f'; this motion does not distinguish it from {others}, '
+                                  'hence the error')
         found.append(cause)
     if fit.left > 0.05:
         found.append(unexplained(fit.left, 'armature' not in causes.units))
@@ -43,7 +44,7 @@ def sentences_of(fit: Fit, causes: Causes) -> list[dict[str, Any]]:
 
 def unexplained(left: float, still: bool) -> dict[str, Any]:
     """Return the sentence about what no cause explains."""
-    more = ('; the arm stands still, and this motion does not tell more: move it to several poses'
+    more = ('; the arm stands still, and this motion does not show more: move it to several poses'
             if still else '')
     return {'kind': 'unexplained', 'share': left,
             'sentence': f'{left:.1%} of the squared residual is noise or fits none of the known '
@@ -54,14 +55,14 @@ def _payload(value, error, determined) -> dict[str, Any]:
     mass = float(value[0])
     if not determined[0] or error[0] > VAGUE * abs(mass):
         return {'kind': 'payload', 'determined': False,
-                'sentence': 'a load at the tool explains it, but this motion does not tell its '
-                'mass; turn the wrists to several poses'}
+                'sentence': 'a load at the tool explains it, but this motion does not determine '
+                'its mass; turn the wrists to several poses'}
     com = value[1:4] / mass
     com = np.where(np.abs(com) > PRECISION, com, 0.0)
     place, unknown = ', '.join(f'{x:.3g}' for x in com), ''
     if not determined[1:4].all():
         place, com = '', np.full(3, np.nan)
-        unknown = '; this motion does not tell its centre of mass, turn the wrists'
+        unknown = '; this motion does not determine its centre of mass, turn the wrists'
     where = f', centre of mass at [{place}] m in tool0' if place else unknown
     words = (f"{mass:.4g} +- {error[0]:.1g} kg at the tool that the law's arm does not have"
              if mass > 0.0 else f"{-mass:.4g} +- {error[0]:.1g} kg less at the tool than the "
@@ -75,7 +76,7 @@ def _gravity(value, error, determined, arm) -> dict[str, Any]:
     size, own = np.linalg.norm(found), np.linalg.norm(arm.gravity)
     if not determined.all():
         return {'kind': 'gravity', 'determined': False,
-                'sentence': 'another gravity explains it, but this motion does not tell its '
+                'sentence': 'another gravity explains it, but this motion does not determine its '
                 'direction; move to several poses'}
     ratio = size / own
     cosine = float(np.clip(found @ arm.gravity / max(size * own, 1e-300), -1.0, 1.0))

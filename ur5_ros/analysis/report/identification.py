@@ -60,9 +60,9 @@ def _against_speed(test: Prediction) -> Figure:
         {'type': 'scatter', 'mode': 'markers', 'name': SHORT_NAMES[i], 'x': packed(speed[:, i]),
          'y': packed(error[:, i] / scale[i]), 'marker': {'color': JOINT_COLOURS[i], 'size': 4}}
         for i in range(6)]
-    return Figure('speed', 'What is left, against speed', 'Measured minus predicted torque, as a '
-                  'share of the torque of the joint; a step at zero speed or a slope is friction '
-                  'that the model does not have.', traces, 'share of the torque',
+    return Figure('speed', 'Residual torque against speed', 'Measured minus predicted torque, as '
+                  'a share of the torque of the joint; a step at zero speed or a slope is '
+                  'friction that the model does not have.', traces, 'share of the torque',
                   x='speed [rad/s]')
 
 

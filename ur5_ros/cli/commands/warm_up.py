@@ -51,7 +51,7 @@ def warm_up(everything: bool) -> int:
             advance(done)
     seconds = time.monotonic() - began
     terminal.show_text(out, f'{compiled} of {len(kernels)} kernels compiled in {seconds:.1f} s; '
-                       'the others were kept from before')
+                       'the others were in the cache')
     return YES
 
 

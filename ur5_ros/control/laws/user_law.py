@@ -42,7 +42,7 @@ def _load(file: str, _: int) -> type:
     name = f'ur5_ros_law_{abs(hash(file))}'
     spec = importlib.util.spec_from_file_location(name, file)
     if spec is None or spec.loader is None:
-        raise InputError(f'{file} is no Python file; give one whose name ends in .py')
+        raise InputError(f'{file} is not a Python file; give one whose name ends in .py')
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # dataclasses in it look their module up
     try:

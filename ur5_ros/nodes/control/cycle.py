@@ -156,7 +156,7 @@ class ControlCycle:
             self._logger.warning(f'no state for {silent:.1f} s; waiting for states')
         elif silent <= timeout and self._missing:
             self._missing = False
-            self._logger.info('states come again')
+            self._logger.info('states arrive again')
 
     def counters(self) -> dict[str, Any]:
         """Return what was counted so far."""

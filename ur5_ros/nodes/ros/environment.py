@@ -78,8 +78,7 @@ def check_environment(environment: Mapping[str, str] | None = None) -> None:
         try:
             socket.getaddrinfo(peer, None)
         except (OSError, UnicodeError):
-            raise InputError(f'ROS_STATIC_PEERS names {peer!r}, which is no host that can be '
-                             'found; '
+            raise InputError(f'ROS_STATIC_PEERS names {peer!r}, a host that cannot be found; '
                              'correct it, or unset it') from None
     if env.get('RMW_IMPLEMENTATION'):
         _check_middleware(env['RMW_IMPLEMENTATION'])
@@ -93,7 +92,7 @@ def _check_profile(name: str, path: str) -> None:
     except OSError as error:
         reason = error.strerror or str(error)
     except (expat.ExpatError, ValueError) as error:
-        reason = f'no XML: {error}'
+        reason = f'not XML: {error}'
     if reason:
         raise InputError(f'{name} is {path!r}: {reason}; without the profile every interface of '
                          'this machine would be open; correct it, or unset it')

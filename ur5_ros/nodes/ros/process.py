@@ -101,7 +101,7 @@ def compiling(logger: Any) -> Iterator[None]:
     def notice(name: str) -> None:
         if not compiled:
             logger.info('compiling for this processor, once, for up to half a minute; '
-                        'ur5 warm-up --all does it ahead')
+                        'ur5 warm-up --all does it in advance')
         compiled.append(name)
 
     on_compile(notice)

@@ -184,4 +184,4 @@ def light_joints(plant: Plant) -> str:
     known = heavier == 'ur5_real' or heavier in arms_with_assumed_armature()
     return (f'arm {name} has no rotor inertia: at {plant.parameters.control_rate} Hz its joints '
             f'carry a damping of at most about {damping} N m s/rad'
-            + (f'; arm:={heavier} feels like the robot' if known else ''))
+            + (f'; arm:={heavier} has the rotor inertia of the robot' if known else ''))

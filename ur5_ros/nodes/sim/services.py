@@ -81,7 +81,7 @@ class StepQueue:
                 elif len(self._waiting) >= MOST_WAITING:
                     _respond(step, False, f'{MOST_WAITING} requests wait; wait for them')
                 elif step.steps < 1:
-                    _respond(step, True, f'state {simulation.plant.k} stands')
+                    _respond(step, True, f'paused at state {simulation.plant.k}')
                 else:
                     if not self._waiting:
                         self._progress_at = time.monotonic()
@@ -96,7 +96,7 @@ class StepQueue:
         self._progress_at = time.monotonic()
         if self._taken >= self._waiting[0].steps:
             self._taken = 0
-            _respond(self._waiting.popleft(), True, f'state {simulation.plant.k} is out')
+            _respond(self._waiting.popleft(), True, f'state {simulation.plant.k} is published')
 
     def expire(self, simulation: Simulation) -> None:
         """Refuse requests whose periods are not taken, as no command comes in lockstep."""

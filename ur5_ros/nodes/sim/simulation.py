@@ -83,7 +83,7 @@ class Simulation:
             raise InputError('there is no force sensor without a world; set the parameter world')
         self._contact.zero(self.plant)
         self.log('force_torque_sensor', 'zeroed')
-        return 'the wrench of now is zero'
+        return 'the present wrench is the new zero'
 
     def pause(self, paused: bool) -> str:
         """Stop or let go simulated time; return what to answer."""

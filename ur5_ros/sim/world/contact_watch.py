@@ -71,7 +71,7 @@ class ContactWatch:
             self._quiet[pair] += 1
             if self._quiet[pair] >= self._quiet_periods:
                 del self._quiet[pair]
-                reports.append((f'{pair[0]} and {pair[1]} have parted', {
+                reports.append((f'{pair[0]} and {pair[1]} no longer touch', {
                     'bodies': list(pair), 'active': False}))
         return reports
 

@@ -76,7 +76,7 @@ def own_rows(columns: Columns, path: Path, counts: dict[str, int],
     if not good.all():
         bad = int(np.argmin(good))
         problems.append(f'{path}: a joint state at {columns.stamp[rows[bad]] * 1e-9:.9g} s holds '
-                        'what is no number')
+                        'a value that is not a number')
         rows = rows[:bad]
     return StateRows(rows, columns.stamp[rows],
                      States(*(columns.fields[field][rows] for field in FIELDS)),
@@ -133,7 +133,7 @@ def _whole(fields: Fields, stamp: np.ndarray, remarks: list[str]) -> np.ndarray:
         [np.isnan(field).all(axis=1) for field in others] or [~good], axis=0)
     _count(remarks, stamp, incomplete, 'are of another source that interleaves: they lack a field '
            'that the others have')
-    _count(remarks, stamp, ~good & ~incomplete & (stamp > 0), 'hold what is no number')
+    _count(remarks, stamp, ~good & ~incomplete & (stamp > 0), 'hold a value that is not a number')
     return good
 
 
@@ -145,7 +145,7 @@ def _not_filled_in(fields: Fields, stamp: np.ndarray, rows: np.ndarray,
         zero = (fields.effort[rows] == 0.0).all(axis=1)
         if zero.any() and 2 * zero.sum() < len(rows):
             _count(remarks, stamp, np.isin(np.arange(len(stamp)), rows[zero]),
-                   'have an effort of zero in every joint, which is no measurement')
+                   'have an effort of zero in every joint, which is not a measurement')
             keep &= ~zero
     elif fields.velocity is not None:
         speed = np.abs(fields.velocity[rows]).max(axis=1)
