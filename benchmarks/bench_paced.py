@@ -63,7 +63,7 @@ class Clocks(NamedTuple):
     wall: float
     """The same by the log times [s]."""
     counted: int
-    """Late periods that the node told on ``/diagnostics``."""
+    """Late periods that the node reported on ``/diagnostics``."""
     found: int
     """Periods whose state left more than half a period after its time, by the log times."""
     surely: int
@@ -171,8 +171,8 @@ def main() -> None:
             'those in the bag, at least 0.1 % of all',
             max(long.surely - long.counted, long.counted - long.found, 0)
             / max(long.found, long.simulated * RATE * 1e-3), 0.1, False,
-            f'{long.counted} reported; by the log times {long.surely} to {long.found} began more than '
-            'half a period late'),
+            f'{long.counted} reported; by the log times {long.surely} to {long.found} began more '
+            'than half a period late'),
         *(rows_with_priority(prior, load) if prior else ()),
     ], {'figures': found, 'with priority': prior, 'clocks': long._asdict()},
         keep=not options.quick)

@@ -218,7 +218,7 @@ def main() -> None:
     """Run, compare, keep the figures; exit 1 if one is missed."""
     parser = argparse.ArgumentParser(description=__doc__.strip().partition('\n')[0])
     parser.add_argument('--runs', type=int, default=10_000)
-    parser.add_argument('--again', type=int, default=1_000, help='runs that are repeated undisturbed')
+    parser.add_argument('--again', type=int, default=1_000, help='runs to repeat undisturbed')
     parser.add_argument('--keep', action='store_true',
                         help='keep the figures of fewer than 10,000 runs too')
     parser.add_argument('--judge', choices=('checks', 'metrics'), default='checks')

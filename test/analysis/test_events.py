@@ -54,7 +54,7 @@ def test_the_brake_of_a_plant_without_commands(stepped):
     assert result.check('command acts').details['differing'] >= 59
 
 
-def test_torque_limits_are_no_false_alarm_but_are_told(stepped):
+def test_torque_limits_are_no_false_alarm_but_are_reported(stepped):
     run = stepped(lambda k, plant, torque: torque, experiment='kebria_fig11',
                   control={'kp': [2000.0], 'kd': [90.0]})
     result = validate(run)

@@ -43,14 +43,14 @@ def test_each_set_of_gains_is_read_back_in_its_time(stiffened):
             assert found['kd'] == pytest.approx(kd, rel=0.02)
 
 
-def test_a_change_that_the_bag_does_not_tell_fails(stiffened):
+def test_a_change_that_the_bag_does_not_record_fails(stiffened):
     silent = replace(stiffened, control=replace(stiffened.control, changes=()))
     result = validate(silent)
     assert result.check('law').verdict == result.check('error step').verdict == 'fail'
     assert 'the first at 0.5 s' in result.check('law').sentence
 
 
-def test_a_change_told_one_period_late_fails(stiffened):
+def test_a_change_recorded_one_period_late_fails(stiffened):
     told = stiffened.control.changes
     late = (told[0]._replace(stamp=told[0].stamp + 1_000_000), *told[1:])
     result = validate(replace(stiffened, control=replace(stiffened.control, changes=late)))

@@ -202,7 +202,7 @@ BOMBS = {
 
 @pytest.mark.fault(72)
 @pytest.mark.parametrize('name', BOMBS)
-def test_a_bomb_is_defused_within_two_seconds_and_300_megabytes(tmp_path, name, record_property):
+def test_a_bomb_is_refused_within_two_seconds_and_300_megabytes(tmp_path, name, record_property):
     path = tmp_path / 'bomb.mcap'
     path.write_bytes(start_of_file() + BOMBS[name]())
     read_limited(path, record_property)

@@ -71,7 +71,7 @@ def test_a_link_out_of_the_folder_is_not_named_by_metadata(change, tmp_path):
     (lambda info: info['custom_data'].update(run='another'), 'custom_data differ'),
     (lambda info: info['custom_data'].update(run=[1]), 'custom_data'),
 ], ids=range(9))
-def test_a_lie_is_named_and_the_messages_are_read(change, edit, word):
+def test_a_wrong_entry_is_named_and_the_messages_are_read(change, edit, word):
     assert word in problems_of(change(edit))
 
 

@@ -170,7 +170,7 @@ def sqlite3_bag(folder):
     return next(folder.glob('*.db3'))
 
 
-def test_sqlite3_needs_no_metadata_and_no_package_and_the_file_alone_is_enough(
+def test_sqlite3_needs_no_metadata_and_no_package_and_one_file_is_enough(
         tmp_path, monkeypatch):
     file = sqlite3_bag(tmp_path / 'bag')
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
@@ -354,7 +354,7 @@ def test_a_topic_that_is_not_there_is_refused_with_those_that_are(recorded):
         open_bag(recorded.folder).joint_states('/joint_command')
 
 
-def test_a_type_of_somebody_else_is_read_by_its_own_schema(tmp_path):
+def test_a_type_of_another_package_is_read_by_its_own_schema(tmp_path):
     with open(tmp_path / 'a.mcap', 'wb') as file:
         writer = Writer(file)
         writer.start(profile='ros2')

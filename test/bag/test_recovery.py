@@ -112,7 +112,7 @@ def survive(folder, number, seed, record_property):
 
 
 @pytest.mark.fault(80)
-def test_a_killed_recorder_loses_at_most_100_ms_and_is_mended(tmp_path, times, record_property):
+def test_a_killed_recorder_loses_100_ms_and_is_repaired(tmp_path, times, record_property):
     survive(tmp_path, times(10, 100), 1, record_property)
 
 
@@ -134,7 +134,7 @@ def tree(folder):
             for file in folder.rglob('*') if file.is_file()}
 
 
-def test_mending_keeps_all_that_is_whole_and_leaves_the_original(broken):
+def test_repair_keeps_all_that_is_whole_and_leaves_the_original(broken):
     before = tree(broken)
     kept = open_bag(broken / 'control').joint_states('/joint_states')
     mended = recover(broken)
@@ -156,7 +156,7 @@ def test_mending_keeps_all_that_is_whole_and_leaves_the_original(broken):
 
 
 @pytest.mark.fault(80)
-def test_mending_twice_gives_the_same_and_mending_the_mended_gives_nothing(broken):
+def test_repair_twice_gives_the_same_and_a_repaired_bag_needs_none(broken):
     once = tree(recover(broken).out)
     again = recover(broken)
     assert tree(again.out) == once
@@ -164,7 +164,7 @@ def test_mending_twice_gives_the_same_and_mending_the_mended_gives_nothing(broke
     assert not list(broken.parent.glob('*.unfinished'))
 
 
-def test_a_sound_run_is_left_alone(recorded):
+def test_a_whole_run_is_not_changed(recorded):
     mended = recover(recorded.folder)
     assert mended.intact and mended.out is None
     assert not recorded.folder.with_name('bag.recovered').exists()
@@ -187,7 +187,7 @@ def test_a_lost_metadata_yaml_is_rebuilt(recorded):
     assert (mended.out / 'metadata.yaml').read_text() == written
 
 
-def test_a_single_file_and_a_bag_of_somebody_else_are_mended_too(recorded, tmp_path):
+def test_a_single_file_and_a_bag_of_another_writer_are_repaired_too(recorded, tmp_path):
     file = tmp_path / 'loose.mcap'
     data = (recorded.folder / 'bag_0.mcap').read_bytes()
     file.write_bytes(data[:len(data) * 3 // 4])
@@ -199,7 +199,7 @@ def test_a_single_file_and_a_bag_of_somebody_else_are_mended_too(recorded, tmp_p
 
 @pytest.mark.fault(70, 80)
 @pytest.mark.parametrize('place', ['content', 'kind', 'length', 'small length'])
-def test_a_damaged_chunk_in_the_middle_costs_that_chunk_alone(record, tmp_path, place):
+def test_a_damaged_chunk_in_the_middle_costs_only_that_chunk(record, tmp_path, place):
     folder = record(tmp_path / 'bag', periods=1000).folder
     file = folder / 'bag_0.mcap'
     data = bytearray(file.read_bytes())

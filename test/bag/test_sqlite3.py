@@ -39,7 +39,7 @@ def insert(connection, messages):
     connection.execute('COMMIT')
 
 
-def test_messages_that_are_in_the_write_ahead_log_alone_are_read(tmp_path, messages):
+def test_messages_that_are_only_in_the_write_ahead_log_are_read(tmp_path, messages):
     connection = database(tmp_path / 'open.db3', 'WAL')
     connection.execute('PRAGMA wal_autocheckpoint=0')
     insert(connection, messages)

@@ -188,7 +188,7 @@ def test_a_place_where_nothing_can_be_written_is_refused(place):
 @pytest.mark.parametrize('bad', [
     (1, -1, b'x'), (1, 2**64, b'x'), (1, 1.5, b'x'), (1, 1, 'text'), (1, 1, None),
     (7, 1, b'x'), (0, 1, b'x'), ('a', 1, b'x'), (1, 1, b'x', -1), (1, 1, bytes(MAX_MESSAGE))])
-def test_a_message_that_no_file_could_hold_is_left_out_and_spoils_nothing(tmp_path, bad):
+def test_a_message_that_no_file_could_hold_is_left_out_and_damages_nothing(tmp_path, bad):
     with BagWriter(tmp_path / 'bag', {}) as writer:
         clock = writer.topic('/clock', 'rosgraph_msgs/msg/Clock')
         for k in range(1, 400):
@@ -231,7 +231,7 @@ FULL_DISK = """
 
 @pytest.mark.fault(65)
 @pytest.mark.parametrize('later', ['freed', 'full'])
-def test_a_full_disk_ends_the_recording_and_leaves_no_lie(tmp_path, later, record_property):
+def test_a_full_disk_ends_the_recording_and_no_record_is_false(tmp_path, later, record_property):
     lost = int(run_limited(FULL_DISK, tmp_path / 'bag', later)[0])
     bag = open_bag(tmp_path / 'bag')
     states = bag.joint_states('/joint_states')

@@ -77,7 +77,7 @@ def test_own_pass_marks_judge_one_run_and_a_folder(ur5, short_run, tmp_path):
     assert missing.code == 2 and 'none.yaml' in missing.err
 
 
-def test_a_cut_run_is_judged_as_far_as_it_goes_and_mended(ur5, cut_run, tmp_path):
+def test_a_cut_run_is_judged_as_far_as_it_goes_and_repaired(ur5, cut_run, tmp_path):
     before = {path: path.read_bytes() for path in cut_run.rglob('*.mcap')}
     assert ur5('validate', 'cut').code == 1
     mended = ur5('recover', 'cut', '-o', 'mended', '--json', 'mended.json')
@@ -101,7 +101,7 @@ def test_resimulate_and_recontrol_say_yes_to_the_bit(ur5, short_run, tmp_path):
         assert json.loads((tmp_path / 'repeated.json').read_text())['equal'] is True
 
 
-def test_compare_tells_two_runs_apart(ur5, short_run, tmp_path):
+def test_compare_distinguishes_two_runs(ur5, short_run, tmp_path):
     run_closed_loop(run_config(duration=1.5, sim={'payload.mass': 0.1}), tmp_path / 'heavy')
     parted = ur5('compare', short_run, 'heavy', '--json', 'c.json')
     assert parted.code == 1

@@ -121,7 +121,7 @@ def test_a_help_screen_cut_by_head_is_no_error():
     assert done.stderr == '' and done.stdout.startswith('<?xml')
 
 
-def test_colours_appear_on_a_terminal_alone(ur5):
+def test_colours_appear_only_on_a_terminal(ur5):
     plain = ur5('urdf', '--arm', 'ur6')
     assert '\x1b[' not in plain.err
     assert '\x1b[31m' in written('urdf', '--arm', 'ur6')
@@ -150,7 +150,7 @@ def test_sentences_wrap_at_blanks_in_eighty_columns(repo, short_run, arguments):
     assert len(plain.splitlines()) > 3
 
 
-def test_a_progress_bar_is_drawn_on_a_terminal_alone(ur5, short_run, tmp_path):
+def test_a_progress_bar_is_drawn_only_on_a_terminal(ur5, short_run, tmp_path):
     picture = 'from ur5_ros.cli.terminal import progress\nwith progress("drawing", 1.0): pass'
     assert 'drawing' in written(script=picture)
     piped = subprocess.run([sys.executable, '-c', picture], capture_output=True, text=True)

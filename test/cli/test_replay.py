@@ -45,7 +45,7 @@ def test_replay_sends_every_message_of_a_part_in_order_on_a_busy_machine(ros, sh
     assert '1002 messages sent on' in process.text
 
 
-def test_replay_drives_the_clock_unless_told_not_to(ros, short_run):
+def test_replay_drives_the_clock_unless_no_clock_is_given(ros, short_run):
     observer = ros.observer()
     ticks = observer.hear(Clock, '/clock', publishers=0)
     states = observer.hear(JointState, '/joint_states', publishers=0)

@@ -47,7 +47,7 @@ def test_a_record_is_written_as_it_was_read():
     assert isinstance(cart.axle, Wheel) and cart.first == 0.25
 
 
-def test_what_is_left_out_has_its_default_and_nobody_elses():
+def test_what_is_left_out_has_its_own_default():
     one, other = (validate(Cart, CART, 'cart.yaml') for _ in range(2))
     assert (one.number, one.braked, one.load, one.notes, one.axle) == (3, False, None, {}, [])
     one.axle.append(1.0)

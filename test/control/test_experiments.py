@@ -140,7 +140,7 @@ def test_stamps_rounded_to_nanoseconds_stay_on_the_grid():
         assert motion.at(time).q.tobytes() == motion.at(round(1000 / 300 * 1e9)).q.tobytes()
 
 
-def test_the_exciting_trajectory_tells_all_parameters_apart():
+def test_the_exciting_trajectory_distinguishes_all_parameters():
     t, q, qd, qdd = table('exciting', rate=20)
     regressor = dynamics_regressor(q, qd, qdd, load_arm('ur5')).reshape(-1, 60)
     friction = np.concatenate([np.stack([np.diag(v), np.diag(np.sign(v))]).transpose(1, 0, 2)

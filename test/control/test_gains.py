@@ -51,7 +51,7 @@ def test_gains_that_do_not_let_every_error_die_out_are_refused_with_the_number(k
         gains_from(kp, kd)
 
 
-def test_the_sampled_radius_tells_where_a_held_torque_begins_to_shake():
+def test_the_sampled_radius_shows_where_a_held_torque_begins_to_vibrate():
     # scalar, semi-implicit Euler: stable while 2 kd/h > kp + ... ; here 4 - 2 h kd - h^2 kp > 0
     period = 1e-3
     edge = (4.0 - period**2 * 10.0) / (2.0 * period)

@@ -55,7 +55,7 @@ def test_with_accelerations_it_is_the_quintic_spline(q0, v0, a0, q1, v1, a1):
     assert_allclose(qdd, witness(t, nu=2), atol=1e-7)
 
 
-def test_with_positions_alone_it_is_linear_after_the_takeover():
+def test_with_positions_only_it_is_linear_after_the_takeover():
     motion = joint_spline([point(2, ZERO + 0.2), point(3, ZERO + 0.4), point(5, ZERO)], ORDER,
                           STILL, 0, ARM)
     t = np.array([1.5, 2.0, 2.5, 3.0, 4.0, 5.0])

@@ -99,7 +99,7 @@ def test_plain_pd_sags_by_gravity_over_stiffness(holding, close_loop):
     assert_allclose(run.error[-1], sag, atol=1e-5)
 
 
-def test_impedance_yields_to_a_force_like_the_wanted_spring(holding, close_loop):
+def test_impedance_yields_to_a_force_like_the_desired_spring(holding, close_loop):
     controller, plant = holding(HOME, arm='ur5_real', mode='impedance', **STIFF)
     force = np.array([5.0, -3.0, -10.0, 0.0, 0.0, 0.0])
     for _ in range(6000):

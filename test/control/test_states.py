@@ -39,7 +39,7 @@ def test_a_copy_of_a_state_gets_the_same_answer_and_moves_nothing_on():
         assert same(answer, two.update(state(k)))
 
 
-def test_a_single_state_that_jumps_is_not_believed_and_the_motion_goes_on():
+def test_a_single_state_that_jumps_is_not_accepted_and_the_motion_goes_on():
     one, two = controller_from_parameters({}, RATE), controller_from_parameters({}, RATE)
     for controller in (one, two):
         controller.update(state(1))

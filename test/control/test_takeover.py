@@ -47,7 +47,7 @@ WISHES = ('joints', 'pose', 'path', 'hold', 'experiment', 'linear', 'cubic', 'qu
 @pytest.mark.fault(25)
 @settings(max_examples=60)
 @given(st.lists(st.sampled_from(WISHES), min_size=2, max_size=4), st.integers(0, 10_000))
-def test_no_wish_makes_the_reference_jump(wishes, seed):
+def test_no_target_makes_the_reference_jump(wishes, seed):
     rng = np.random.default_rng(seed)
     controller = controller_from_parameters({}, RATE)
     controller.experiment = LAW.experiment  # its table costs more than the rest

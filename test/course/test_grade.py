@@ -232,7 +232,7 @@ def test_a_wrong_signature_costs_its_line(tmp_path):
     assert 'takes 1 positional argument but 3 were given' in marks[0].reason
 
 
-def test_one_line_that_raises_costs_that_line_alone(tmp_path):
+def test_one_line_that_raises_costs_only_that_line(tmp_path):
     text = (SOLUTIONS / 'friction.py').read_text(encoding='utf-8')
     text = text.replace('viscous, coulomb = [], []', 'viscous = 1 / 0')
     marks = {mark.line: mark for mark in grade('friction', solution(tmp_path, text)).marks}

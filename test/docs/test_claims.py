@@ -146,7 +146,7 @@ def test_a_step_in_contact_takes_less_than_twice_the_plain_one():
 
 
 def test_the_proof_of_the_sweeps_found_what_their_page_says():
-    """Each run has its row, none twice, none given up, bits of a sweep in peace, no growth."""
+    """Each run has its row, none twice, none given up, bits of an undisturbed sweep, no growth."""
     root = Path(__file__).resolve().parents[2]
     proof = json.loads((root / 'benchmarks/results/sweep_proof.json').read_text('utf-8'))
     assert [row['measured'] for row in proof['rows'] if not row['met']] == []

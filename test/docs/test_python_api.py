@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 HEAVY = ('numpy', 'numba', 'pybullet', 'rclpy', 'msgspec', 'yaml', 'plotly', 'mcap')
 
 
-def test_the_package_alone_loads_nothing_else():
+def test_the_package_by_itself_loads_nothing_else():
     code = (f'import sys\nimport ur5_ros\n'
             f'print([name for name in sys.modules if name.startswith({("ur5_ros.", *HEAVY)!r})])')
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)

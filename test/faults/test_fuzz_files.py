@@ -83,7 +83,7 @@ def mutilate(text: str, dice: random.Random) -> str:
 
 @pytest.mark.timeout(3600)
 @pytest.mark.fault(69, 70, 71, 73)
-def test_no_mutilated_bag_is_believed(times, tmp_path, record_property):
+def test_no_mutilated_bag_is_read_as_whole(times, tmp_path, record_property):
     dice = random.Random(5)
     whole = small_bag(tmp_path / 'whole').read_bytes()
     folder = tmp_path / 'fuzz'

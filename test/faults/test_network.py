@@ -56,7 +56,7 @@ def goes_on(states, periods=200):
 
 @pytest.mark.timeout(3600)
 @pytest.mark.fault(17, 18, 22, 83)
-def test_a_flood_of_garbage_on_every_input_leaves_the_loop_alone(
+def test_a_flood_of_garbage_on_every_input_does_not_disturb_the_loop(
         ros, times, record_property):
     sim, control, states = pair_running(ros)
     dice = random.Random(17)
@@ -210,7 +210,7 @@ def test_random_packets_on_the_middlewares_ports_do_not_stop_the_loop(ros, times
 
 
 @pytest.mark.fault(62)
-def test_a_robot_in_another_domain_hears_nothing(ros, tmp_path):
+def test_a_robot_in_another_domain_receives_nothing(ros, tmp_path):
     from ros_processes import ros_domain
     _, _, states = pair_running(ros)
     (tmp_path / 'other').mkdir()
@@ -224,7 +224,7 @@ def test_a_robot_in_another_domain_hears_nothing(ros, tmp_path):
 
 
 @pytest.mark.fault(61)
-def test_two_simulators_under_one_name_are_named_and_spoil_no_recording(ros):
+def test_two_simulators_under_one_name_are_reported_and_damage_no_recording(ros):
     first, control, states = pair_running(ros)
     second = ros.start('sim')
     second.says('recorded in')

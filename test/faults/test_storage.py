@@ -57,7 +57,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_loop(ros):
 
 @pytest.mark.fault(68)
 @pytest.mark.parametrize(('pause', 'waiting'), [(0.1, 1_000_000), (0.4, 300)])
-def test_a_slow_disk_holds_up_nobody_and_what_it_cannot_follow_is_counted(
+def test_a_slow_disk_delays_no_node_and_what_it_cannot_store_is_counted(
         ros, pause, waiting, record_property):
     sim = ros.run([sys.executable, '-c', SLOW_DISK % (pause, waiting)])
     control = ros.start('control', bag='')

@@ -59,7 +59,7 @@ def test_a_wall_clock_that_is_set_leaves_stamps_and_log_times_in_order(ros):
 
 
 @pytest.mark.fault(55)
-def test_an_error_inside_a_callback_is_told_and_the_node_lives(ros):
+def test_an_error_inside_a_callback_is_reported_and_the_node_goes_on(ros):
     sim = ros.run([sys.executable, '-c', BROKEN_CALLBACK])
     control = ros.start('control', bag='')
     watcher = ros.observer()
@@ -116,7 +116,7 @@ def test_the_first_answer_takes_no_longer_than_the_worst_of_the_others(ros):
 
 @pytest.mark.fault(52, 84)
 @pytest.mark.parametrize('first', ['sim', 'control'])
-def test_nodes_find_each_other_whoever_waits_for_whom(ros, first):
+def test_nodes_find_each_other_in_either_order_of_start(ros, first):
     second = {'sim': 'control', 'control': 'sim'}[first]
     nodes = {first: ros.start(first, **({'stop_after': 0.2} if first == 'sim' else {}))}
     wait_until(lambda: 'ur5_' in ' '.join(ros.observer().node.get_node_names()), 'the first node')
@@ -148,7 +148,7 @@ def test_over_many_periods_memory_and_files_do_not_grow(long_run, record_propert
     ({'ROS_SECURITY_ENABLE': 'true'}, 'ROS_SECURITY'),
     ({'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Permissive'}, 'ROS_SECURITY'),
 ])
-def test_an_environment_that_would_deceive_is_refused(ros, variables, word):
+def test_a_misleading_environment_is_refused(ros, variables, word):
     sim = ros.start('sim', environment=variables)
     assert sim.ends() == 2
     assert word in sim.text

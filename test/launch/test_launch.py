@@ -130,7 +130,7 @@ def test_the_arguments_people_try_reach_the_nodes(rviz_installed):
     assert environment['FASTRTPS_DEFAULT_PROFILES_FILE'].endswith('fastdds_loopback.xml')
 
 
-def test_what_nobody_asked_for_is_not_started(rviz_installed):
+def test_what_was_not_asked_for_is_not_started(rviz_installed):
     assert len(launched('closed_loop')[0]) == 2
     assert len(launched('rviz', launch_rviz='false')[0]) == 1
     assert launched('sim', loopback='false')[1] == {}

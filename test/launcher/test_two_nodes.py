@@ -172,7 +172,7 @@ def crowded():
     [('tap_wall', 2.0, 4000), ('push_block', 2.5, 1000), ('press_and_slide', 5.0, 1000),
      ('peg_in_hole', 4.0, 1000)]))
 @pytest.mark.thorough
-def test_contact_is_recorded_alike_to_the_bit_by_both_ways_beside_a_crowd_and_by_the_loop(
+def test_contact_is_recorded_alike_to_the_bit_by_both_ways_beside_other_nodes_and_by_the_loop(
         experiment, seconds, rate, tmp_path, crowded):
     plan = run_config(experiment, duration=seconds, physics_rate=rate)
     for name in ('two processes', 'one process'):

@@ -78,7 +78,7 @@ def test_friction_that_the_law_does_not_know_moves_the_figures_and_they_fail():
     assert checks['way of the block'].verdict == FAIL
 
 
-def test_the_bags_tell_of_contact_what_the_loop_knows(tmp_path):
+def test_the_bags_record_of_contact_what_the_loop_knows(tmp_path):
     plan = run_config('push_block', duration=1.6, physics_rate=4000)
     run = run_closed_loop(plan, tmp_path / 'push')
     recorded, known = load_run(tmp_path / 'push'), as_run(run)

@@ -125,7 +125,7 @@ def test_a_changed_bit_is_found_and_named(tmp_path):
     assert found.largest < 1e-9 and 'within 1e-09' in found.sentence
 
 
-def test_comparing_tells_where_two_runs_part_and_how_the_difference_grows():
+def test_comparing_shows_where_two_runs_differ_first_and_how_the_difference_grows():
     run = as_run(run_closed_loop(run_config(duration=0.3)))
     same = compare(run, as_run(run_closed_loop(run_config(duration=0.3))))
     assert same.identical and same.same and same.parameters == {}

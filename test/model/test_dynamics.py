@@ -189,7 +189,7 @@ def test_payload_is_a_body_fixed_to_the_flange(pinocchio_model):
                                atol=1e-12)
 
 
-def test_armature_stands_on_the_diagonal_of_m_alone():
+def test_armature_is_on_the_diagonal_of_m_only():
     real, bare = load_arm('ur5_real'), load_arm('ur5')
     q, qd = states(50, 9, 2)
     m, c, g = dynamics_terms(q, qd, replace(real, gravity=bare.gravity))

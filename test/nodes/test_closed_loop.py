@@ -35,7 +35,7 @@ def summary(ros, node):
             for key, value in bag.notes['summary'].items()}
 
 
-def test_a_run_repeats_to_the_last_bit_whoever_starts_first(ros):
+def test_a_run_repeats_to_the_last_bit_whichever_node_starts_first(ros):
     first = run_pair(ros)
     states = ros.observer().hear(JointState, '/joint_states', publishers=0)
     second = run_pair(ros, first='sim', between=lambda: wait_until(

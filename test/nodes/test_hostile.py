@@ -76,7 +76,7 @@ def lives_on(ros):
 
 
 @pytest.mark.parametrize('node', ['sim', 'control'])
-def test_spoilt_bytes_end_no_node(loop, node):
+def test_damaged_bytes_end_no_node(loop, node):
     chance = random.Random(node)
     for topic, sample in samples()[node].items():
         publisher = loop.watcher.publisher(type(sample), topic, kept=topic.endswith('run'))

@@ -112,7 +112,7 @@ def test_no_recording_is_asked_for_by_an_empty_word(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_full_disk_is_told_and_ends_no_recording_node(tmp_path):
+def test_a_full_disk_is_reported_and_ends_no_recording_node(tmp_path):
     recording = Recording(str(tmp_path / 'bag'), 'sim', 60.0, 0)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -187,7 +187,7 @@ def test_a_request_that_was_refused_for_its_wait_is_not_done_later(monkeypatch):
     assert done == ['slow'] and answers == [None]
 
 
-def test_refusals_are_all_counted_and_told_now_and_then():
+def test_refusals_are_all_counted_and_reported_now_and_then():
     lines = []
     refusals = Refusals(lines.append)
     for _ in range(1000):

@@ -249,7 +249,7 @@ def test_names_in_any_order_mean_the_same_torque(clock):
 
 
 @pytest.mark.fault(17)
-def test_a_flood_of_refusals_is_counted_in_full_and_told_once_a_second(clock):
+def test_a_flood_of_refusals_is_counted_in_full_and_reported_once_a_second(clock):
     gate = gate_of(clock)
     for _ in range(3000):
         gate.offer(COMMAND, stamp(7), ONE)
@@ -259,7 +259,7 @@ def test_a_flood_of_refusals_is_counted_in_full_and_told_once_a_second(clock):
 
 
 @pytest.mark.fault(13)
-def test_two_publishers_are_told_by_name_once_and_end_the_claim_of_repeatability(clock):
+def test_two_publishers_are_reported_by_name_once_and_end_the_claim_of_repeatability(clock):
     gate = gate_of(clock)
     gate.publishers({COMMAND: ['/ur5_control'], ARRAY: []})
     assert gate.repeatable and not gate.drain_events()

@@ -99,7 +99,7 @@ def test_zero_torque_lets_the_arm_fall(plant_of):
     assert np.abs(state.qd).max() > 1.0
 
 
-def test_a_fallback_never_latches_and_tells_when_it_acts(plant_of):
+def test_a_fallback_never_latches_and_reports_when_it_acts(plant_of):
     plant = plant_of()
     hold = plant.step(None).effort
     assert np.abs(hold).max() > 5.0, 'the torque of the fallback is told as effort'

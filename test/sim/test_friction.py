@@ -52,7 +52,7 @@ def test_it_is_the_least_of_the_convex_problem_that_it_claims_to_solve():
             assert cost(other) >= cost(best) - 1e-9 * (abs(cost(best)) + 1.0)
 
 
-def test_friction_alone_stops_a_motion_but_never_reverses_it():
+def test_friction_stops_a_motion_but_never_reverses_it():
     rng = np.random.default_rng(4)
     for _ in range(1000):
         inertia = np.diag(10.0 ** rng.uniform(-4.0, 1.0, 6)) / 1e-3

@@ -78,7 +78,7 @@ def test_time_is_an_integer_and_state_one_has_no_effort(plant_of):
         assert plant.k == k + 1
 
 
-def test_what_the_plant_told_does_not_change_afterwards(plant_of):
+def test_what_the_plant_returned_does_not_change_afterwards(plant_of):
     plant = plant_of()
     command = np.ones(6)
     state = plant.step(command)
@@ -146,7 +146,7 @@ def test_torque_is_clamped_to_the_limits_and_flagged_once_each_way(plant_of):
 
 
 @pytest.mark.fault(64)
-def test_a_state_that_runs_away_is_put_back_at_rest_and_never_told(plant_of, monkeypatch):
+def test_a_state_that_diverges_is_put_back_at_rest_and_never_published(plant_of, monkeypatch):
     plant = plant_of()
     plant.step(ZERO)
     q = plant.truth.q
@@ -338,7 +338,7 @@ def test_noise_has_its_size_is_white_and_does_not_touch_the_truth(plant_of):
     assert np.abs((errors[1:] * errors[:-1]).mean(axis=0)).max() < 5.0 / np.sqrt(4000)
 
 
-def test_noise_depends_on_seed_and_period_alone(plant_of):
+def test_noise_depends_only_on_seed_and_period(plant_of):
     always = plant_of(noise__position=1e-3, seed=5)
     late = plant_of(seed=5)
     for step in range(50):

@@ -159,7 +159,7 @@ def test_a_scheduler_that_goes_and_comes_back_costs_nothing_that_was_done(cluste
     assert folder.table()['index'].to_list() == list(range(120))
 
 
-def test_what_answers_and_is_no_scheduler_is_told_in_one_line(tmp_path):
+def test_an_answer_that_is_not_a_schedulers_is_reported_in_one_line(tmp_path):
     folder = SweepFolder(tmp_path / 'sweep', spec_of())
     with socket.create_server(('127.0.0.1', 0)) as server:
         def greet():
@@ -185,7 +185,7 @@ def test_success_is_asked_of_numbers_that_there_are():
             check_success(spec_of(f'name: a\njudge: {judge}\nsuccess: {{maxerror: 0.1}}\n'))
 
 
-def test_where_nobody_answers_is_said_within_ten_seconds(cluster, tmp_path):
+def test_an_address_without_a_scheduler_is_reported_within_ten_seconds(cluster, tmp_path):
     folder = SweepFolder(tmp_path / 'sweep', spec_of())
     with pytest.raises(InputError, match='no Dask scheduler answers at ' + cluster.address):
         run_sweep(folder.spec, folder, cluster.address)
@@ -235,7 +235,7 @@ def test_a_worker_with_other_code_ends_the_sweep_and_not_its_rows():
         lost_row(next(iter(expand(spec))), refused.value)
 
 
-def test_a_folder_of_another_sweep_is_left_alone(tmp_path):
+def test_a_folder_of_another_sweep_is_not_changed(tmp_path):
     SweepFolder(tmp_path / 'sweep', spec_of())
     with pytest.raises(InputError, match='another sweep'):
         SweepFolder(tmp_path / 'sweep', spec_of(SPEC.replace('0.15', '0.2')))

@@ -44,7 +44,7 @@ def test_the_report_asks_nothing_of_the_network(browser, report):
     assert not [each for each in asked.split() if each.startswith('http')]
 
 
-def test_details_open_and_figures_are_reached_by_keys_alone(browser, report):
+def test_details_open_and_figures_are_reached_by_keys_only(browser, report):
     browser.open(report.as_uri(), 1280, 900)
     browser.wait("document.querySelectorAll('.main-svg').length > 0")
     reached = set()

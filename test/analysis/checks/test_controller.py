@@ -53,7 +53,7 @@ def sagging():
     return run_of(effort_convention='total')
 
 
-def test_without_a_reference_the_verdict_is_of_the_simulation_alone(sagging):
+def test_without_a_reference_the_verdict_is_only_of_the_simulation(sagging):
     result = validate(sagging)
     assert result.passed and not result.controller_judged
     assert result.headline == 'simulation consistent; controller not judged'

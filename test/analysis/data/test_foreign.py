@@ -360,7 +360,7 @@ def test_a_constant_effort_is_no_measurement(judged, made):
     assert result.verdict == 'fail' and 'constant' in result.check('effort').sentence
 
 
-def test_friction_alone_does_not_make_another_meaning(judged):
+def test_friction_does_not_make_another_meaning(judged):
     result = judged(arm_messages(motion(friction=3.0)))
     assert result.check('effort').verdict == 'pass'
 
@@ -386,7 +386,7 @@ def test_no_gravity_is_named_that_a_real_robot_cannot_have(judged):
             assert 9.6 < np.linalg.norm(cause['gravity']) < 10.0
 
 
-def test_a_robot_on_the_ceiling_is_told_by_the_direction_of_its_gravity(judged):
+def test_a_robot_on_the_ceiling_is_recognised_by_the_direction_of_its_gravity(judged):
     hung = replace(load_arm('ur5e'), gravity=np.array([0.0, 0.0, 9.81]))
     result = judged(arm_messages(motion(hung, n=3000)))
     assert result.causes[0]['kind'] == 'gravity'
@@ -633,7 +633,7 @@ def test_at_rest_the_load_that_explains_the_torque_is_named_without_its_place(ju
 
 
 @pytest.mark.parametrize('noise', [0.0, 0.1])
-def test_at_rest_a_torque_that_no_load_explains_is_not_told(judged, noise):
+def test_at_rest_a_torque_that_no_load_explains_is_not_attributed(judged, noise):
     made = motion(still=True)
     random = np.random.default_rng(6)
     result = judged(arm_messages(made.with_(

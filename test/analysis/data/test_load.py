@@ -160,7 +160,7 @@ def test_lost_states_and_commands_are_counted(copied):
     assert result.check('error step').verdict == 'pass'
 
 
-def test_answers_to_states_that_nobody_recorded_fail(copied):
+def test_answers_to_states_that_are_not_recorded_fail(copied):
     folder = copied('sim', change=lambda topic, number, data:
                     None if topic == STATES and number == 30 else data)
     result = validate(load_run(folder))

@@ -153,7 +153,7 @@ def test_a_file_without_a_whole_message_is_refused_with_what_is_wrong(tmp_path, 
         load_playback(path)
 
 
-def test_a_file_that_holds_a_header_alone_is_refused_in_one_line(tmp_path, made):
+def test_a_file_that_holds_only_a_header_is_refused_in_one_line(tmp_path, made):
     whole = write(tmp_path / 'whole.mcap', arm_messages(made)[:5]).read_bytes()
     (tmp_path / 'cut.mcap').write_bytes(whole[:46])
     for act in (lambda path: load_run(path, arm='ur5e'), load_playback):

@@ -80,7 +80,7 @@ def test_armature(looped, tmp_path_factory, size, seed):
 @pytest.mark.parametrize('seed', SEEDS)
 @pytest.mark.parametrize('periods', [1, 3, 10])
 @pytest.mark.parametrize('what', ['command', 'state'])
-def test_delays_are_told_apart(looped, what, periods, seed):
+def test_delays_are_distinguished(looped, what, periods, seed):
     run = looped(sim=noisy(seed, **{f'delay.{what}_periods': periods}))
     for each in (run, replace(run, truth=None)):
         result = validate(each)

@@ -63,7 +63,7 @@ def test_a_mismatch_of_whole_parameter_sets_names_every_parameter(looped):
     assert cause['mended_rms'] < 1e-9 < cause['unexplained_rms']
 
 
-def test_mending_one_parameter_leaves_what_the_equations_say(looped):
+def test_correcting_one_parameter_leaves_what_the_equations_say(looped):
     # witness: the same motion through inverse dynamics with that one parameter exchanged
     run = looped('multi_sine', 'ur5', control_arm='ur5_description', duration=3.0)
     cause, = validate(run).causes
@@ -127,7 +127,7 @@ def test_a_load_is_found_in_an_arm_that_stands_in_several_poses(noise):
     assert cause['mass_kg'] == pytest.approx(2.0, rel=0.02)
 
 
-def test_in_one_pose_the_load_is_not_given_a_centre_that_the_motion_does_not_tell():
+def test_in_one_pose_the_load_is_not_given_a_centre_that_the_motion_does_not_determine():
     pose = np.radians([[20.0, -75.0, 90.0, -105.0, -80.0, 15.0]])
     found = plant_causes(standing(with_payload(ARM, 2.0, (0.02, 0.0, 0.06)), pose, 0.0, 20.0), ARM)
     assert 'does not determine' in ' '.join(cause['sentence'] for cause in found)

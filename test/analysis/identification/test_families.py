@@ -45,7 +45,7 @@ def test_the_family_that_acts_is_chosen(more, name):
     assert family.held_out <= family.held_out_linear < family.held_out_none
 
 
-def test_noise_alone_has_no_friction():
+def test_noise_without_motion_has_no_friction():
     _, _, features = sliding()
     family = found(np.zeros(N), features)
     assert family.name == 'none' and family.features == ()

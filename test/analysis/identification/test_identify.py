@@ -47,7 +47,7 @@ def test_encoder_noise_costs_less_than_a_percent(looped, other):
                   < 6 * found.viscous_error + 1e-3)
 
 
-def test_base_parameters_are_what_motion_and_torque_can_tell():
+def test_base_parameters_are_what_motion_and_torque_determine():
     arm = load_arm('ur5')
     combination, columns = base_of(arm)
     # 36 combinations of the links (Gautier), and five rotors: the first is one with link 1,

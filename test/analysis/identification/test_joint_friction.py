@@ -120,7 +120,7 @@ def currents(arm, seed=1, warm=None, colder=0.0):
                current=current, temperature=warm)
 
 
-def test_drives_and_friction_are_found_from_currents_alone_for_a_known_arm():
+def test_drives_and_friction_of_a_known_arm_are_found_from_currents_only():
     arm = load_arm('ur10e_real')
     found = identify([currents(arm)], arm, currents(arm, 2), name='driven')
     assert found.motors is not None and found.base == {}
@@ -145,7 +145,7 @@ def test_a_drive_whose_torque_is_hidden_by_friction_is_not_excited_by_name():
     assert 'not excited: the drives of' in text and 'wrist_3_joint' in text and 'nan' not in text
 
 
-def test_a_load_is_found_from_currents_alone():
+def test_a_load_is_found_from_currents_only():
     arm = load_arm('ur10e_real')
     load = currents(with_payload(arm, 2.5, (0.0, 0.02, 0.05)), 3)
     found = identify([currents(arm)], arm, payload=load).payload

@@ -60,7 +60,7 @@ def test_a_parameter_without_effect_is_not_determined():
 
 @pytest.mark.thorough
 @pytest.mark.timeout(3600)
-def test_base_parameters_of_noisy_runs_lie_within_their_errors(looped, record_property):
+def test_base_parameters_of_noisy_runs_are_within_their_errors(looped, record_property):
     arm = load_arm('ur5_real')
     base = base_of(arm)
     true = dict(zip(base.names, base.combination @ all_parameters(arm), strict=True))

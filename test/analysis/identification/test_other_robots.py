@@ -105,7 +105,7 @@ def test_a_load_is_found_from_currents_of_a_run_with_and_one_without_it(mass):
         np.testing.assert_allclose(found.com, [0.03, 0.0, 0.05], atol=0.02)
 
 
-def test_a_robot_guided_by_hand_shows_its_load_by_gravity_alone():
+def test_a_robot_guided_by_hand_shows_its_load_only_by_gravity():
     arm = load_arm('ur5e')
     t, q, qd, _ = motion(8.0)
     loaded = replace(with_payload(arm, 1.28, (0.001, -0.001, 0.053)),
@@ -133,7 +133,7 @@ def test_measured_effort_gives_coulomb_friction_within_a_tenth():
 
 @pytest.mark.parametrize('noise', [{}, {'noise.velocity': 1e-3, 'noise.position': 1e-5}],
                          ids=['exact', 'noisy'])
-def test_joint_states_alone_of_a_simulated_run_give_an_arm_that_moves(looped, noise):
+def test_only_the_joint_states_of_a_simulated_run_give_an_arm_that_moves(looped, noise):
     run = looped('exciting', duration=20.0, control_rate=500, sim=noise)
     alone = Run('alone', run.stamp, run.states, run.control_rate)
     found = identify([alone], load_arm('ur5'))
@@ -143,7 +143,7 @@ def test_joint_states_alone_of_a_simulated_run_give_an_arm_that_moves(looped, no
     assert 'nan' not in identified_yaml(found)
 
 
-def test_what_a_motion_does_not_excite_is_named_and_left_alone():
+def test_what_a_motion_does_not_excite_is_named_and_not_changed():
     arm = load_arm('ur5_real')
     t, q, qd, qdd = motion(20.0)
     # the last wrist hardly moves: its tensor and rotor stay what they were

@@ -32,7 +32,7 @@ def test_sine_and_cosine_are_good_to_the_last_digits():
 
 
 @pytest.mark.parametrize('x', [1e6, -3.3e7, 1e9])
-def test_of_large_angles_no_more_is_lost_than_the_angle_itself_does_not_tell(x):
+def test_of_large_angles_no_more_is_lost_than_their_own_rounding(x):
     s, c = sine_cosine(x)
     with mpmath.workdps(40):
         assert abs(s - mpmath.sin(x)) < abs(x) * EPS

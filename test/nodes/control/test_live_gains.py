@@ -71,7 +71,7 @@ def test_a_run_with_gains_changed_live_is_judged_by_those_in_force(ros):
 
 
 @pytest.mark.fault(11)
-def test_the_changes_survive_a_kill_and_the_mending_of_the_bag(ros):
+def test_the_changes_survive_a_kill_and_the_repair_of_the_bag(ros):
     sim, control, watcher, states = start(ros)
     later(states)
     change(watcher, kp=[40.0], kd=[14.0])

@@ -51,7 +51,7 @@ def test_a_joint_target_is_reached(arm):
                'the reference at the target')
 
 
-def test_a_pose_target_is_reached_and_its_branch_told(arm):
+def test_a_pose_target_is_reached_and_its_branch_reported(arm):
     poses = arm.watcher.hear(PoseStamped, '/ur5_control/tool_pose')
     wait_until(lambda: poses, 'the tool pose')
     wanted = poses[-1]
