@@ -223,7 +223,7 @@ def test_the_command_makes_table_and_report_in_a_minute(tmp_path):
 @pytest.mark.parametrize(('arguments', 'words'), [
     (('--tune', '/proc/none.yaml'), 'give another file with --tune'),
     (('--out', '/proc/none'), 'give another folder with --out'),
-    (('--gains', 'none.yaml'), 'none.yaml: cannot be read'),
+    (('--gains', 'none.yaml'), 'none.yaml: no such file'),
     (('--workers', '0'), 'give at least 1'),
 ])
 def test_what_cannot_be_read_or_written_is_bad_input_before_anything_runs(arguments, words):

@@ -24,7 +24,9 @@ def test_the_arms_are_listed(ur5):
     header, *rows = listed.out.splitlines()
     assert header.split() == ['arm', 'rotors', 'description']
     named = [row.split()[0] for row in rows if row[0] != ' ']
-    assert [name for name in named if name in list_arms()] == list_arms()
+    found = [name for name in named if name in list_arms()]
+    assert sorted(found) == list_arms()
+    assert found.index('ur3') < found.index('ur5') < found.index('ur10'), 'by size, not by letter'
 
 
 def test_an_arm_file_from_a_urdf_serves_every_command(ur5, tmp_path):

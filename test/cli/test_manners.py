@@ -43,7 +43,8 @@ def test_what_comes_with_the_package_is_listed_a_line_each(ur5, command):
     names = [path.stem for path in folder.glob('*.yaml')]
     for name in names:
         assert sum(line.startswith(f'{name} ') for line in out.splitlines()) == 1
-    assert out.count('\n') <= len(names) + 2
+    assert out.count('\n') <= len(names) + 3
+    assert out.splitlines()[-1].startswith('next: ur5 demo --')
 
 
 def test_a_defect_of_the_package_is_no_verdict(monkeypatch, capfd):
@@ -79,6 +80,8 @@ def test_wrong_usage_is_one_line_that_names_the_help(ur5, arguments):
     (('demo', '--control-arm', 'ur6'), 'ur6'),
     (('demo', '--experiment', 'fig12'), 'fig12'),
     (('demo', '--control-rate', '0'), 'control_rate'),
+    (('demo', '--control-rate', 'fast'), "--control-rate 'fast'; give a whole number"),
+    (('excite', '-o', 'x.yaml', '--seconds', 'long'), "--seconds 'long'; give a number"),
     (('demo', '--control-rate', '-5'), 'control_rate'),
     (('demo', '--arm', 'ur5_controller'), 'point mass'),
     (('demo', '--run', 'empty'), 'exists'),

@@ -83,7 +83,7 @@ def warm_up(
     everything: Annotated[bool, typer.Option(
         '--all', help='Also for contact, force control, pictures and identification.')] = False,
 ) -> int:
-    """Compile for this processor what demo, validation and nodes without a world need."""
+    """Compile for this processor, before the first run."""
     from ur5_ros.cli.commands import warm_up as work
     return work.warm_up(everything)
 

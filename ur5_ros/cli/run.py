@@ -1,6 +1,7 @@
 """One command line from its arguments to its exit code."""
 
 import os
+import re
 import shutil
 import sys
 import textwrap
@@ -33,7 +34,7 @@ def run(arguments: list[str]) -> int:
     except InputError as refusal:
         return _complain(str(refusal), BAD_INPUT)
     except typer.TyperException as error:
-        text = error.format_message().rstrip('.')
+        text = _plain(error.format_message().rstrip('.'), arguments)
         return _complain(f'{text}; see {_command(arguments)} --help', BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         return _complain('interrupted', INTERRUPTED)
@@ -56,6 +57,17 @@ def _command(arguments: list[str]) -> str:
     names = {each.name or getattr(each.callback, '__name__', '')
              for each in app.registered_commands}
     return f'ur5 {arguments[0]}' if arguments[0] in names else 'ur5'
+
+
+def _plain(text: str, arguments: list[str]) -> str:
+    """Return Typer's message about a number with the value and what to give instead."""
+    found = re.match(r"Invalid value for '(-\S+)'.*: Input should be a valid (integer|number)",
+                     text)
+    words = [part for each in arguments for part in each.split('=', 1)]
+    if not found or found[1] not in words[:-1]:
+        return text
+    value = words[words.index(found[1]) + 1]
+    return f'{found[1]} {value!r}; give a {"whole " * (found[2] == "integer")}number'
 
 
 def _compile_notice() -> Callable[[str], None]:

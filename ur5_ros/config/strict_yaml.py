@@ -133,6 +133,8 @@ def read_text(path: Path) -> str:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f'{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read')
         return path.read_text(encoding='utf-8')
+    except FileNotFoundError:
+        raise InputError(f'{path}: no such file; give the path of a YAML file') from None
     except OSError as error:
         raise InputError(f'{path}: cannot be read: {error.strerror}') from None
     except UnicodeDecodeError:

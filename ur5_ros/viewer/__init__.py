@@ -28,7 +28,7 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080,
     if not 0 <= port <= 65535:
         raise InputError(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
     if live and run is not None:
-        raise InputError('--live shows what runs now; leave the run away')
+        raise InputError('--live shows what runs now; leave out the run')
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does
     viewer = _live(port) if live else _recorded(run, port, reading or {})
     if port not in (0, viewer.page.port):
