@@ -56,7 +56,7 @@ def test_a_value_comes_back_finite_and_in_range_or_is_refused_by_name(parameter,
 
 @pytest.mark.fault(27, 28, 29, 30, 32)
 @pytest.mark.parametrize(('given_values', 'words'), [
-    ({'controlrate': 5}, "unknown parameter 'controlrate'"),
+    ({'controlrate': 5}, "unknown parameter 'controlrate'; the nearest are: control_rate, "),
     ({'control_rate': 0}, 'control_rate is 0; give 1 to 10000'),
     ({'control_rate': 0.5}, 'give a whole number'),
     ({'fallback': 'stop'}, 'give one of: brake, gravity_compensation, zero_torque'),

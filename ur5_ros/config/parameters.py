@@ -1,7 +1,8 @@
 """Parameters of the two nodes, declared once for nodes, bags, loop, sweeps and documents."""
 
+import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ur5_ros.errors import InputError
@@ -249,13 +250,19 @@ def check(parameter: Parameter, value: Any) -> Any:
     return _number(parameter, value, type(default))
 
 
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return the known names that are most like a wrong one, and where all of them are."""
+    alike = difflib.get_close_matches(name, known, 5, 0.4)
+    found = f'the nearest are: {", ".join(alike)}; ' if alike else ''
+    return f'{found}--help of the node lists all'
+
+
 def complete(parameters: tuple[Parameter, ...], given: Mapping[str, Any]) -> dict[str, Any]:
     """Return a value for every parameter: the given ones checked, the others by default."""
     known = {parameter.name: parameter for parameter in parameters}
     for name in given:
         if name not in known:
-            raise InputError(f'unknown parameter {name!r}; the parameters are: '
-                             f'{", ".join(sorted(known))}')
+            raise InputError(f'unknown parameter {name!r}; {nearest(name, known)}')
     return {name: check(parameter, given[name]) if name in given else parameter.default
             for name, parameter in known.items()}
 

@@ -8,6 +8,7 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.signals import SignalHandlerOptions
 
+from ur5_ros.config.parameters import nearest
 from ur5_ros.config.strict_yaml import parse_yaml
 from ur5_ros.errors import InputError
 
@@ -35,7 +36,7 @@ def set_parameter(node_name: str, name: str, text: str, timeout: float = TIMEOUT
         rclpy.spin_until_future_complete(node, known, timeout_sec=timeout)
         names = sorted(known.result().result.names) if known.done() else []
         if names and name not in names:
-            raise InputError(f'{node_name} has no parameter {name}; it has: {", ".join(names)}')
+            raise InputError(f'{node_name} has no parameter {name!r}; {nearest(name, names)}')
         future = client.set_parameters([Parameter(name, value=value)])
         rclpy.spin_until_future_complete(node, future, timeout_sec=timeout)
         if not future.done():
