@@ -1,5 +1,7 @@
 """Figures of the documents that no other test and no result file hold, computed here."""
 
+import base64
+import gzip
 import importlib.util
 import json
 import re
@@ -90,6 +92,8 @@ def test_the_missing_factor_of_equation_2_is_worth_what_the_page_says():
 def test_the_script_inside_a_report_has_the_size_that_the_page_says():
     script = Path(importlib.util.find_spec('plotly').origin).parent / 'package_data/plotly.min.js'
     assert script.stat().st_size == pytest.approx(4.8e6, rel=0.1)
+    packed = base64.b64encode(gzip.compress(script.read_bytes()))
+    assert len(packed) == pytest.approx(2.0e6, rel=0.1)
 
 
 def test_what_rivals_take_on_disk_is_what_the_page_says():

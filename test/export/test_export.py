@@ -78,6 +78,15 @@ def test_a_rerun_recording_holds_the_world_and_what_moves_in_it(tmp_path):
             '/world/block/shape'} <= set(re.findall(r'^(/\S+): \d+$', text, re.M))
 
 
+def test_a_rerun_recording_names_what_was_added_to_the_plant_at_its_time(tmp_path):
+    loaded = as_run(run_closed_loop(run_config('joint_step', duration=0.5, sim={
+        'payload.mass': 2.0, 'friction.viscous': [1.0] * 6})), 'loaded')
+    export(loaded, tmp_path / 'run.rrd')
+    rerun('verify', tmp_path / 'run.rrd')
+    text = rerun('print', '-vvv', '--entity', '/added_to_the_plant', tmp_path / 'run.rrd')
+    assert 'payload.mass 2' in text and 'friction.viscous 1' in text
+
+
 @pytest.mark.parametrize(('name', 'words'), [
     ('run.xlsx', r'\.csv, \.parquet, \.rrd'), ('nowhere/run.csv', 'no such folder'),
     ('there.csv', 'exists')])

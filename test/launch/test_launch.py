@@ -294,10 +294,11 @@ def test_foxglove_finds_panels_that_it_has_and_topics_that_the_nodes_have():
     assert {'configById', 'globalVariables', 'userNodes', 'playbackConfig',
             'layout'} == set(layout)
     assert {name.partition('!')[0] for name in layout['configById']} == {
-        '3D', 'Plot', 'Diagnostics'}
+        '3D', 'Plot', 'DiagnosticSummary', 'RawMessages'}, 'names of panels in Foxglove'
     page = (ROOT / 'docs/reference/topics.md').read_text(encoding='utf-8')
     for name, panel in layout['configById'].items():
         values = [path['value'] for path in panel.get('paths', ())]
+        values += [panel[key] for key in ('topicToRender', 'topicPath') if key in panel]
         topics = {value.partition('.')[0] for value in values} | set(panel.get('topics', ()))
         if name.startswith('Plot!'):
             assert values and panel['yAxisLabel'] in ('rad', 'mrad', 'rad/s', 'N m'), 'its unit'

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.injected import injections
 from ur5_ros.analysis.report.palette import (
     JOINT_COLOURS,
     MEASURED,
@@ -33,6 +34,8 @@ from ur5_ros.viewer.world_track import WorldTrack
 
 #: Poses of the arm that are written at most; curves have every state.
 POSES = 3000
+#: Entity of what was added to the plant.
+ADDED = 'added_to_the_plant'
 #: Entities of the curves, and the names of their views.
 QUANTITIES = (('position', 'joint position [rad]'), ('velocity', 'joint velocity [rad/s]'),
               ('effort', 'torque [N m]'), ('error', 'joint error [mrad]'))
@@ -58,6 +61,7 @@ def write_scene(run: Run, out: Path) -> None:
     scene.path('tool/measured', rows.tool, MEASURED)
     scene.path('tool/reference', rows.tool_reference, REFERENCE)
     _curves(rerun, recording, run)
+    _added(rerun, recording, run)
     recording.send_blueprint(_layout(run))
     recording.flush()
     recording.disconnect()
@@ -158,6 +162,15 @@ def _curves(rerun: Any, recording: Any, run: Run) -> None:
             recording.send_columns(path, [time], rerun.Scalars.columns(scalars=values[:, i]))
 
 
+def _added(rerun: Any, recording: Any, run: Run) -> None:
+    """Log what was added to the plant, each at its time."""
+    added = injections(run)
+    if added:
+        time = rerun.TimeColumn('time', duration=[each.t for each in added])
+        recording.send_columns(ADDED, [time], rerun.TextLog.columns(
+            text=[each.text for each in added]))
+
+
 def _values(run: Run) -> tuple[np.ndarray | None, ...]:
     """Return the curves in the order of :data:`QUANTITIES`; None for what the run lacks."""
     error = None if run.reference is None else 1e3 * (run.states.q - run.reference.q)
@@ -171,6 +184,8 @@ def _layout(run: Run) -> Any:
     views = [layout.TimeSeriesView(origin=quantity, name=name)
              for (quantity, name), values in zip(QUANTITIES, _values(run), strict=True)
              if values is not None]
+    if injections(run):
+        views.append(layout.TextLogView(origin=ADDED, name='added to the plant'))
     return layout.Blueprint(layout.Horizontal(
         layout.Spatial3DView(origin='/', name='arm', contents=['+ /arm/**', '+ /tool/**',
                                                                '+ /world/**']),

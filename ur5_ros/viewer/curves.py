@@ -13,6 +13,8 @@ from ur5_ros.viewer.track import Track
 MARK = '#888888'
 #: Ranges below this are rounding, in N m, mrad and mm: drawn as a straight line.
 SMALLEST = 1e-6
+#: Of a chart [pixels].
+_HEIGHT = 170
 
 
 def colour_key(colours: Mapping[str, str]) -> str:
@@ -32,16 +34,16 @@ class Curve:
 
     def __init__(self, server: viser.ViserServer, title: str, names: tuple[str, ...],
                  t: np.ndarray, values: np.ndarray, instants: Sequence[float] = ()):
-        lines = [uplot.Series(label=name, stroke=JOINT_COLOURS[i], width=1.5)
-                 for i, name in enumerate(names)]
-        mark = uplot.Series(label='now', stroke=MARK, width=1.0,
-                            points=uplot.Series_Points(show=True, size=7.0, fill=MARK))
-        self._t, self._values, self._row = t, values, 0
+        self._t, self._values, self._row, self._names = t, values, 0, names
         self._chart = server.gui.add_uplot(
-            data=self._data(0), series=(uplot.Series(label='t [s]'), *lines, mark), title=title,
-            scales=self._scales(), height=170, legend=uplot.Legend(show=False),
+            data=self._data(0), series=self._series([True] * len(names)), title=title,
+            scales=self._scales(), height=_HEIGHT, legend=uplot.Legend(show=True, live=True),
             axes=(uplot.Axis(stroke=MARK), uplot.Axis(stroke=MARK, size=62.0),
                   *_numbered_lines(instants)))
+
+    def select(self, shown: Sequence[bool]) -> None:
+        """Draw these of the curves only."""
+        self._chart.series = self._series(shown)
 
     def mark(self, row: int) -> None:
         """Put the mark at a row of the data."""
@@ -58,6 +60,13 @@ class Curve:
         self._t, self._values, self._row = t, values, len(t) - 1
         self._chart.scales = self._scales()
         self._chart.data = self._data(self._row)
+
+    def _series(self, shown: Sequence[bool]) -> tuple[uplot.Series, ...]:
+        lines = [uplot.Series(label=name, stroke=JOINT_COLOURS[i], width=1.5, show=shown[i])
+                 for i, name in enumerate(self._names)]
+        mark = uplot.Series(label='now', stroke=MARK, width=1.0,
+                            points=uplot.Series_Points(show=True, size=7.0, fill=MARK))
+        return (uplot.Series(label='t [s]'), *lines, mark)
 
     def _scales(self) -> dict[str, uplot.Scale]:
         """Return the ranges, stated because gaps would leave uPlot without any."""
@@ -85,12 +94,21 @@ class Curves:
 
     def __init__(self, server: viser.ViserServer, track: Track,
                  injected: Sequence[Injection] = ()):
-        server.gui.add_markdown(colour_key(dict(zip(SHORT_NAMES, JOINT_COLOURS, strict=True))))
+        with server.gui.add_folder('Joints', expand_by_default=False):
+            self.joints = [server.gui.add_checkbox(name, True) for name in SHORT_NAMES]
+        for joint in self.joints:
+            joint.on_update(lambda _: self._select())
         instants = [each.t for each in injected]
         self._charts = [Curve(server, title, names, track.t, values, instants)
                         for (title, names), values in zip(_CHARTS, _values(track), strict=True)]
         if injected:
             server.gui.add_markdown(_injected_list(injected))
+
+    def _select(self) -> None:
+        shown = [joint.value for joint in self.joints]
+        for chart, (_, names) in zip(self._charts, _CHARTS, strict=True):
+            if names == SHORT_NAMES:
+                chart.select(shown)
 
     def mark(self, row: int) -> None:
         """Put the mark of every chart at a row."""
