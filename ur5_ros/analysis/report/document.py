@@ -13,6 +13,7 @@ from typing import Any
 from plotly.offline import get_plotlyjs
 
 from ur5_ros.analysis.report.page import SCRIPT, STYLE
+from ur5_ros.analysis.report.palette import JOINT_COLOURS, SHORT_NAMES
 from ur5_ros.errors import InputError
 
 
@@ -38,7 +39,8 @@ def html_document(
         f'<title>{markup(title)}</title>\n',
         f'<style>{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n',
         '<script type="application/json" id="figures">',
-        _json({'figures': list(figures), 'marks': list(marks)}), '</script>\n',
+        _json({'figures': list(figures), 'marks': list(marks),
+               'joints': dict(zip(SHORT_NAMES, JOINT_COLOURS, strict=True))}), '</script>\n',
         f'<script type="text/plain" id="library">{_library()}</script>\n',
         f'<script>{SCRIPT}</script>\n</body>\n</html>\n',
     ])

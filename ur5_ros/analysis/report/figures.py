@@ -94,8 +94,8 @@ def _tool_figures(series) -> list[Figure]:
          curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', COLOURS[1])],
         'error [mm, mrad]', log=True, first=True))
     for key, title, measured, desired, unit in (
-            ('position', 'Tool position (Fig. 11)', tool.position, tool.desired_position, 'm'),
-            ('orientation', 'Tool orientation (Fig. 11)', tool.orientation,
+            ('position', 'Tool position', tool.position, tool.desired_position, 'm'),
+            ('orientation', 'Tool orientation', tool.orientation,
              tool.desired_orientation, 'rad')):
         names = 'xyz' if key == 'position' else ('rx', 'ry', 'rz')
         traces = []
@@ -138,29 +138,29 @@ def _error_figures(series) -> list[Figure]:
     run, dynamics = series['run'], series['dynamics']
     t, traces = run.t, []
     for i, name in enumerate(SHORT_NAMES):
-        traces.append(curve(t, dynamics.error[:, i], name, COLOURS[i]))
-        traces.append(curve(t, dynamics.continuous[:, i], f'{name}, theory', COLOURS[i], 'dot',
-                            2.4))
+        traces.append(curve(t, 1e3 * dynamics.error[:, i], name, COLOURS[i]))
+        traces.append(curve(t, 1e3 * dynamics.continuous[:, i], f'{name}, theory', COLOURS[i],
+                            'dot', 2.4))
     if not np.isfinite(dynamics.continuous).any():
         return [Figure('error', 'Joint error e(t)', 'Position minus reference.', traces[::2],
-                       'error [rad]', wide=True)]
-    distance = [curve(t, magnitudes(dynamics.error[:, i] - dynamics.continuous[:, i]), name,
+                       'error [mrad]', wide=True)]
+    distance = [curve(t, magnitudes(1e3 * (dynamics.error - dynamics.continuous)[:, i]), name,
                       COLOURS[i])
             for i, name in enumerate(SHORT_NAMES)]
     found = [
         Figure('error', 'Joint error e(t) against theory', "Recorded error (line) and the "
                "solution of e'' + Kd e' + Kp e = 0 from the same start (dots).", traces,
-               'error [rad]', wide=True),
+               'error [mrad]', wide=True),
         Figure('error_away', 'Distance of e(t) from the continuous solution', 'What holding the '
-               'torque and sampling the reference cost.', distance, '|difference| [rad]',
+               'torque and sampling the reference cost.', distance, '|difference| [mrad]',
                log=True)]
     if run.substeps == 1:
-        step = [curve(t[1:], magnitudes(dynamics.error[1:, i] - dynamics.sampled[1:, i]), name,
+        step = [curve(t[1:], magnitudes(1e3 * (dynamics.error - dynamics.sampled)[1:, i]), name,
                       COLOURS[i]) for i, name in enumerate(SHORT_NAMES)]
         found.append(Figure(
             'error_sampled', 'Distance of e(t) from the sampled equation', 'The loop as it is '
             'sampled, followed from the first state: only rounding should be left.', step,
-            '|difference| [rad]', log=True))
+            '|difference| [mrad]', log=True))
     return found
 
 

@@ -44,6 +44,13 @@ figcaption b { color: var(--ink); font-size: 0.98rem; }
 th button { all: unset; cursor: pointer; } th button:focus-visible { outline: 2px solid; }
 th[aria-sort=ascending] button::after { content: ' \2191'; }
 th[aria-sort=descending] button::after { content: ' \2193'; }
+/* made by the script */
+.joints { margin: 0 0 12px; font-size: 0.86rem; color: var(--soft); }
+.joints button { font: inherit; color: var(--ink); background: var(--card); cursor: pointer;
+  border: 1px solid var(--line); border-left: 6px solid var(--joint); border-radius: 6px;
+  padding: 2px 10px; margin: 2px 6px 2px 0; }
+.joints button[aria-pressed=false] { border-left-color: var(--line); text-decoration: line-through;
+  color: var(--soft); }
 input[type=search] { font: inherit; color: var(--ink); background: var(--card);
   border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; margin: 0 0 8px; }
 details { border-top: 1px solid var(--line); padding: 8px 0; }
@@ -64,7 +71,24 @@ summary { cursor: pointer; } pre { overflow-x: auto; font-size: 0.8rem; }
 
 SCRIPT = """
 'use strict';
-const {figures, marks} = JSON.parse(document.getElementById('figures').textContent);
+const {figures, marks, joints} = JSON.parse(document.getElementById('figures').textContent);
+const hidden = new Set();
+// the joint of a curve: its name up to a comma
+function jointOf(trace) {
+  const name = (trace.name || '').split(',')[0];
+  return name in joints ? name : null;
+}
+function unitOf(title) { return (/\\[([^\\],]+)\\]/.exec(title || '') || ['', ''])[1]; }
+function curve(trace, figure) {
+  const shown = {visible: hidden.has(jointOf(trace)) ? 'legendonly' : true};
+  if (trace.type === 'scatter' && !trace.hovertemplate && unitOf(figure.x)) {
+    const unit = unitOf(trace.name) || unitOf(figure.y);
+    const name = text((trace.name || '').replace(/ \\[.*\\]/, ''));
+    const at = `<br>%{x:.4g} ${unitOf(figure.x)}<extra></extra>`;
+    shown.hovertemplate = `${name}: %{y:.4g} ${unit}${at}`;
+  }
+  return {...trace, ...shown};
+}
 function look(figure, box) {
   const style = getComputedStyle(document.documentElement);
   const ink = style.getPropertyValue('--ink').trim();
@@ -102,10 +126,57 @@ function text(words) {
 function draw() {
   for (const figure of figures) {
     const box = document.getElementById('plot-' + figure.key);
-    Plotly.react(box, figure.traces, look(figure, box),
+    Plotly.react(box, figure.traces.map((trace) => curve(trace, figure)), look(figure, box),
       {displaylogo: false, displayModeBar: 'hover', showSendToCloud: false,
         modeBarButtonsToRemove: ['lasso2d', 'select2d']});
   }
+}
+// a joint is shown or hidden in all figures alike, by a button or by the legend
+function select(joint, only) {
+  const others = Object.keys(joints).filter((name) => name !== joint);
+  if (!only) {
+    if (!hidden.delete(joint)) hidden.add(joint);
+  } else if (!hidden.has(joint) && others.every((name) => hidden.has(name))) {
+    hidden.clear();
+  } else {
+    hidden.delete(joint);
+    others.forEach((name) => hidden.add(name));
+  }
+  for (const button of document.querySelectorAll('.joints button')) {
+    button.setAttribute('aria-pressed', String(!hidden.has(button.dataset.joint)));
+  }
+  if (window.Plotly) draw();
+}
+function connect() {
+  draw();
+  for (const figure of figures) {
+    const box = document.getElementById('plot-' + figure.key);
+    for (const [click, only] of [['', false], ['double', true]]) {
+      box.on(`plotly_legend${click}click`, (event) => {
+        const joint = jointOf(event.data[event.curveNumber]);
+        if (joint) select(joint, only);
+        return !joint;
+      });
+    }
+  }
+}
+const first = document.querySelector('.plots');
+const used = Object.keys(joints).filter((name) => figures.some(
+  (figure) => figure.traces.some((trace) => jointOf(trace) === name)));
+if (first && used.length > 1) {
+  const bar = document.createElement('div');
+  bar.className = 'joints';
+  bar.append('joints in the figures: ');
+  for (const name of used) {
+    const button = document.createElement('button');
+    button.dataset.joint = name;
+    button.setAttribute('aria-pressed', 'true');
+    button.style.setProperty('--joint', joints[name]);
+    button.textContent = name;
+    button.addEventListener('click', () => select(name, false));
+    bar.append(button);
+  }
+  first.before(bar);
 }
 async function unpack() {
   const packed = atob(document.getElementById('library').textContent);
@@ -114,7 +185,7 @@ async function unpack() {
   const program = new Blob([await new Response(stream).blob()], {type: 'text/javascript'});
   const script = document.createElement('script');
   script.src = URL.createObjectURL(program);
-  script.onload = draw;
+  script.onload = connect;
   document.head.append(script);
 }
 unpack();

@@ -9,7 +9,7 @@ from ur5_ros.analysis.report.figure import Figure, packed
 
 #: Values below these mean nothing, by unit: far above the rounding of double precision, far
 #: below what any sensor of a robot resolves.
-RESOLUTION = {'N m': 1e-10, 'rad': 1e-12, 'mm': 1e-8, 'mrad': 1e-8, 'm': 1e-11, 'J': 1e-9,
+RESOLUTION = {'N m': 1e-10, 'rad': 1e-12, 'mm': 1e-8, 'mrad': 1e-9, 'm': 1e-11, 'J': 1e-9,
               'rad/s': 1e-11, 'N': 1e-9}
 
 
