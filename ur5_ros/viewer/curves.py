@@ -88,7 +88,7 @@ class Curves:
     """
     The three charts of a track.
 
-    ``injected``: what was added to the plant; each has a numbered line in every chart.
+    ``injected``: what was added to the plant: a numbered line in every chart at each instant.
 
     """
 
@@ -98,11 +98,11 @@ class Curves:
             self.joints = [server.gui.add_checkbox(name, True) for name in SHORT_NAMES]
         for joint in self.joints:
             joint.on_update(lambda _: self._select())
-        instants = [each.t for each in injected]
+        instants = sorted({each.t for each in injected})
+        if injected:
+            server.gui.add_markdown(_injected_list(instants, injected))
         self._charts = [Curve(server, title, names, track.t, values, instants)
                         for (title, names), values in zip(_CHARTS, _values(track), strict=True)]
-        if injected:
-            server.gui.add_markdown(_injected_list(injected))
 
     def _select(self) -> None:
         shown = [joint.value for joint in self.joints]
@@ -125,18 +125,18 @@ def _numbered_lines(instants: Sequence[float]) -> tuple[uplot.Axis, ...]:
     """Return an axis above a chart with a dotted line and a number at each instant [s]."""
     if not instants:
         return ()
-    # of two lines at one place only the first has room for its number
-    numbers = tuple('' if t in instants[:i] else str(i + 1) for i, t in enumerate(instants))
     return (uplot.Axis(scale='x', side=0, size=20.0, stroke=MARK, splits=tuple(instants),
-                       values=numbers, ticks=uplot.Axis_Ticks(show=False),
+                       values=tuple(str(i + 1) for i in range(len(instants))),
+                       ticks=uplot.Axis_Ticks(show=False),
                        grid=uplot.Axis_Grid(stroke=MARK, width=1.0, dash=(3.0, 3.0))),)
 
 
-def _injected_list(injected: Sequence[Injection]) -> str:
-    """Return Markdown that says what each numbered line is."""
-    lines = [f'{i}. {each.text[:60]}' + (f', from {each.t:.4g} s' if each.t > 0.0 else '')
-             for i, each in enumerate(injected, start=1)]
-    return '\n'.join(['added to the plant:\n', *lines])
+def _injected_list(instants: Sequence[float], injected: Sequence[Injection]) -> str:
+    """Return Markdown that says what acts from each numbered line on."""
+    lines = [f'{i}. from {t:.4g} s: ' + '; '.join(each.text[:60] for each in injected
+                                                   if each.t == t)
+             for i, t in enumerate(instants, start=1)]
+    return '\n'.join(['added to the plant\n', *lines])
 
 
 _CHARTS = (

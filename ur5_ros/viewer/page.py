@@ -77,7 +77,7 @@ def numbers(track: Track, row: int) -> str:
     x, y, z = track.tool_in_base(row)
     text = f'**t = {track.t[row]:.3f} s**, tool at ({x:.4f}, {y:.4f}, {z:.4f}) m in {track.frame}'
     if np.isfinite(track.tool_error[row]):
-        text += f', {1e3 * track.tool_error[row]:.3f} mm from the reference'
+        text += f', {1e3 * track.tool_error[row]:.4g} mm from the reference'
     if np.isfinite(track.effort[row]).any():
         text += f'; largest torque {np.nanmax(np.abs(track.effort[row])):.1f} N m'
     return text

@@ -1,5 +1,6 @@
 """A recorded run in the browser: a timeline over arm, paths and curves."""
 
+import math
 import threading
 import time
 from typing import Any
@@ -35,7 +36,7 @@ class RecordedView:
         end = float(self._track.t[-1])
         gui = self.page.server.gui
         with self.page.controls:
-            self.time: Any = gui.add_slider('t [s]', 0.0, end, step=end / 1000, initial_value=0.0)
+            self.time: Any = gui.add_slider('t [s]', 0.0, end, step=_step(end), initial_value=0.0)
             self.play = gui.add_button('Play')
             self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
                                           initial_value='1')
@@ -88,3 +89,10 @@ class RecordedView:
         with self._lock:
             self.page.show(self._track, self._track.row(self.time.value))
             self.world.show(self.time.value)
+
+
+def _step(end: float) -> float:
+    """Return a round step of about a thousandth of the time [s]."""
+    power = 10.0**math.floor(math.log10(end / 1000))
+    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0)
+                if factor * power >= end / 1000)
