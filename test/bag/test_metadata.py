@@ -122,6 +122,6 @@ def test_an_sqlite3_bag_that_is_damaged_is_named(tmp_path):
     (tmp_path / 'metadata.yaml').write_text(yaml.safe_dump({'rosbag2_bagfile_information': {
         'version': 5, 'storage_identifier': 'sqlite3', 'relative_file_paths': ['a.db3']}}))
     (tmp_path / 'a.db3').write_bytes(b'noise' * 1000)
-    with pytest.raises(BagError, match='no sqlite3 file') as caught:
+    with pytest.raises(BagError, match='not an sqlite3 file') as caught:
         open_bag(tmp_path)
     assert '\n' not in str(caught.value)

@@ -90,7 +90,7 @@ def test_a_cut_run_is_judged_as_far_as_it_goes_and_repaired(ur5, cut_run, tmp_pa
     assert bag.check() == []
     assert 800 < len(bag.columns('/joint_states').log_time) < 1500
     whole = ur5('recover', 'mended')
-    assert whole.code == 0 and 'nothing to mend' in whole.out
+    assert whole.code == 0 and 'nothing to repair' in whole.out
 
 
 def test_resimulate_and_recontrol_say_yes_to_the_bit(ur5, short_run, tmp_path):

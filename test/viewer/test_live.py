@@ -78,5 +78,5 @@ def test_the_live_view_ends_on_sigterm(simulator, tmp_path):
 
 
 def test_live_and_a_run_together_are_refused():
-    with pytest.raises(InputError, match='leave the run away'):
+    with pytest.raises(InputError, match='leave out the run'):
         view(Path('bags/some'), live=True)

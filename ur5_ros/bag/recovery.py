@@ -37,12 +37,12 @@ class Recovery(NamedTuple):
 
     source: Path
     out: Path | None
-    """The mended run or bag; None where nothing was wrong."""
+    """The repaired run or bag; None where nothing was wrong."""
     bags: list[MendedBag]
 
     @property
     def intact(self) -> bool:
-        """Whether there was nothing to mend."""
+        """Whether there was nothing to repair."""
         return not any(bag.problems for bag in self.bags)
 
     def sentences(self) -> list[str]:
