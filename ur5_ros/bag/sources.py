@@ -90,7 +90,7 @@ def _open_file(path: Path, report: Report) -> MessageSource:
         except OSError as error:
             raise BagError(f'{path}: cannot be read: {error.strerror}') from None
     if start.startswith(ROS1_MAGIC):
-        raise BagError(f'{path}: a bag of ROS 1, which is no MCAP file; convert it with: '
+        raise BagError(f'{path}: a bag of ROS 1, not an MCAP file; convert it with: '
                        'rosbags-convert')
     if path.name.lower().endswith(LOGS):
         raise BagError(f"{path}: not a bag; a robot's log becomes one by: ur5 import {path.name} "

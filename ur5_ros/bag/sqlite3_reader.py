@@ -23,8 +23,8 @@ UNFINISHED = ('-wal', '-journal')
 ZSTANDARD_MAGIC = b'\x28\xb5\x2f\xfd'
 
 #: What a file is called that is none.
-_OTHER = 'no sqlite3 file; give the bag that was recorded'
-_EMPTY = 'no sqlite3 file: it holds nothing, its writer ended before the first record'
+_OTHER = 'not an sqlite3 file; give the bag that was recorded'
+_EMPTY = 'not an sqlite3 file: it holds nothing, its writer ended before the first record'
 
 #: Rows that are fetched at once.
 _ROWS = 2000
@@ -145,8 +145,8 @@ class Sqlite3Reader:
             while rows := cursor.fetchmany(_ROWS):
                 for number, time, data in rows:
                     if isinstance(data, bytes) and data.startswith(ZSTANDARD_MAGIC):
-                        raise BagError(f'{self.path}: its messages are compressed; write it anew '
-                                       'without compression with: ros2 bag convert')
+                        raise BagError(f'{self.path}: its messages are compressed; convert it '
+                                       'to one without compression: ros2 bag convert')
                     if (isinstance(number, int) and isinstance(time, int)
                             and isinstance(data, bytes) and 0 <= number < 2**16):
                         yield number, time, data

@@ -86,8 +86,8 @@ def test_an_mcap_file_is_read_under_the_name_of_the_other_storage(bag):
 
 @pytest.mark.parametrize('name, content, says', [
     ('a.db3', b'', 'it holds nothing'), ('a.mcap', b'', 'holds nothing'),
-    ('a.db3', b'text\n' * 99, 'no sqlite3 file; give the bag'),
-    ('a.mcap', b'text\n' * 99, 'no MCAP file; give the bag')])
+    ('a.db3', b'text\n' * 99, 'not an sqlite3 file; give the bag'),
+    ('a.mcap', b'text\n' * 99, 'not an MCAP file; give the bag')])
 def test_a_file_that_is_no_recording_is_named_with_the_way_out(tmp_path, name, content, says):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError, match=says) as caught:

@@ -149,8 +149,8 @@ def _determined(estimate: Estimate, base: BaseParameters, arm: ArmParameters) ->
     if determined.mean() < LEAST:
         lost = [name for name, known in zip(base.names, determined, strict=True) if not known]
         raise InputError(
-            f'these runs excite {determined.sum()} of {count} base parameters, too few to tell '
-            f'the parameters apart; not excited: {", ".join(lost)}; record the experiment '
+            f'these runs excite {determined.sum()} of {count} base parameters, too few to '
+            f'distinguish the parameters; not excited: {", ".join(lost)}; record the experiment '
             'exciting, or one made by ur5 excite')
     return determined
 

@@ -81,7 +81,7 @@ class McapReader:
             raise BagError(f'{path}: cannot be read: {error.strerror}') from None
         if start != MAGIC:
             if not MAGIC.startswith(start):
-                raise BagError(f'{path}: no MCAP file; give the bag that was recorded')
+                raise BagError(f'{path}: not an MCAP file; give the bag that was recorded')
             report(f'{path}: holds nothing; its writer ended before the first record')
 
     def _survey(self, file: BinaryIO) -> None:
@@ -95,7 +95,7 @@ class McapReader:
             self.metadata = list(self.summary.metadata)
         else:
             self.report(f'{self.path}: unfinished, its writer was ended before it closed the '
-                        'file; mend it with: ur5 recover')
+                        'file; repair it with: ur5 recover')
         if self.summary is None or not self._definitions.channels:
             for _ in self.batches():
                 pass

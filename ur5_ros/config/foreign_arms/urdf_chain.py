@@ -52,9 +52,9 @@ def parse_urdf(path: Path) -> UrdfRobot:
     try:
         root = ElementTree.fromstring(data)
     except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(f'{path}: no XML: {error}') from None
+        raise InputError(f'{path}: not XML: {error}') from None
     if root.tag != 'robot':
-        raise InputError(f'{path}: no URDF: its root is <{root.tag[:40]}>, not <robot>')
+        raise InputError(f'{path}: not a URDF: its root is <{root.tag[:40]}>, not <robot>')
     if any('xacro' in each.tag for each in root.iter()) or b'${' in ascii_only:
         raise InputError(f'{path}: a xacro file; expand it before: xacro {path.name} > arm.urdf')
     joints = [_joint(each, path) for each in root.findall('joint')]

@@ -106,6 +106,8 @@ def _text(log: Path, remarks: list[str]) -> str:
     try:
         with open(log, 'rb') as file:
             data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise InputError(f'{log}: no such file; give the path of a log') from None
     except OSError as error:
         raise InputError(f'{log}: cannot be read: {error.strerror}') from None
     if data.startswith(_GZIP):
