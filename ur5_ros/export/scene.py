@@ -181,7 +181,7 @@ def _values(run: Run) -> tuple[np.ndarray | None, ...]:
 def _layout(run: Run) -> Any:
     """Return the arrangement of the window: the arm, and curves beside it."""
     import rerun.blueprint as layout
-    views = [layout.TimeSeriesView(origin=quantity, name=name)
+    views: list[Any] = [layout.TimeSeriesView(origin=quantity, name=name)
              for (quantity, name), values in zip(QUANTITIES, _values(run), strict=True)
              if values is not None]
     if injections(run):
