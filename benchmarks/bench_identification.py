@@ -12,10 +12,17 @@ import numpy as np
 from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.data.logs.robot_log import import_log
 from ur5_ros.analysis.data.run import Run, States
-from ur5_ros.analysis.identification.identify import identify
+from ur5_ros.analysis.identification.base_parameters import base_of
+from ur5_ros.analysis.identification.exciting.excitation import excite
+from ur5_ros.analysis.identification.friction.families import LINEAR
+from ur5_ros.analysis.identification.identify import identify, identify_payload
+from ur5_ros.analysis.identification.rows import rows_of
 from ur5_ros.config import load_arm
 from ur5_ros.config.arm_writer import arm_file_text
+from ur5_ros.config.experiments import JointWaves
+from ur5_ros.control.profiles import joint_waves
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
@@ -38,6 +45,10 @@ FITTED = ('ur-20_02_10-30sec_12harm.csv', 'ur-20_02_12-40sec_12harm.csv',
           'ur-20_02_12-50sec_12harm.csv')
 TRIED = 'ur-20_01_17-ptp_10_points.csv'
 UNLOADED, LOADED = 'ur-20_02_19_14harm50sec.csv', 'ur-20_02_19_14harm50secLoad.csv'
+OTHER_UNLOADED = 'ur-20_02_19_15harm50sec.csv'
+
+#: Load of the guided UR5e, which its own log declares [kg]; and time for an excitation [s].
+GUIDED_LOAD, SEARCH = 1.28, 300.0
 
 #: What the recordings' page says: torque [N m], current [A], Coulomb friction of the UR10 [N m].
 TORQUE_BARS = (0.13, 0.18, 0.09, 0.015, 0.012, 0.008)
@@ -253,22 +264,25 @@ def real_ur10e(folder: Path) -> tuple[list[Row], dict[str, Any]]:
     found = identify([csv_run(runs[name]) for name in FITTED], arm, csv_run(runs[TRIED]))
     as_it_is = identify([csv_run(runs[FITTED[0]])], load_arm('ur10e_controller'),
                         csv_run(runs[TRIED]))
-    loaded = identify([csv_run(runs[UNLOADED])], arm, payload=csv_run(runs[LOADED]))
+    loaded, none = (identify([csv_run(runs[UNLOADED])], arm, payload=csv_run(runs[name])).payload
+                    for name in (LOADED, OTHER_UNLOADED))
     rotors = {name: identify([csv_run(path)], arm).arm.armature.tolist()
               for name, path in sorted(runs.items()) if 'harm' in name and 'Load' not in name}
     wrists = np.array(list(rotors.values()))[:, 3:]
-    assert found.motors is not None and loaded.payload is not None
+    assert found.motors is not None and loaded is not None and none is not None
     rows = [
         *_bars('UR10e, torque held out, joint', found.test_rms, TORQUE_BARS, 'N m RMS'),
         *_bars('UR10e, current held out, joint', found.motors.current_rms, CURRENT_BARS, 'A RMS'),
         Row('UR10e, payload from current', '2.805 kg within 5 %',
-            abs(loaded.payload.mass / 2.805 - 1.0) / 0.05, 1.0, False,
-            f'{loaded.payload.mass:.3f} +- {loaded.payload.mass_error:.2g} kg'),
+            abs(loaded.mass / 2.805 - 1.0) / 0.05, 1.0, False,
+            f'{loaded.mass:.3f} +- {loaded.mass_error:.2g} kg'),
+        Row('UR10e, no payload, from current', '0 within 0.1 kg', abs(none.mass) / 0.1, 1.0, False,
+            f'{none.mass:.3f} +- {none.mass_error:.2g} kg'),
         Row('UR10e, rotors of the wrists, from their median', '1 %',
             float(np.abs(wrists / np.median(wrists, axis=0) - 1.0).max()) / 0.01, 1.0, False)]
     return rows, {'ur10e': {'identified': found.to_plain(), 'rotors': rotors,
                             'begun with ur10e_controller': as_it_is.to_plain()['test'],
-                            'payload': loaded.payload.to_plain()}}
+                            'payload': loaded.to_plain(), 'no payload': none.to_plain()}}
 
 
 def real_ur10(bag: Path) -> tuple[list[Row], dict[str, Any]]:
@@ -279,6 +293,50 @@ def real_ur10(bag: Path) -> tuple[list[Row], dict[str, Any]]:
                 float(away.max()) / 0.1, 1.0, False,
                 ', '.join(f'{value:.3g}' for value in found.coulomb) + ' N m')], {
                     'ur10': found.to_plain()}
+
+
+def guided(log: Path) -> tuple[list[Row], dict[str, Any]]:
+    """Return the row of a UR5e that is guided by hand, its log one of ur_rtde."""
+    with tempfile.TemporaryDirectory() as folder:
+        import_log(log, Path(folder) / 'guided', 'ur5e')
+        found = identify_payload(load_run(Path(folder) / 'guided'), load_arm('ur5e'))
+    return [Row('UR5e guided by hand, payload from torque', f'{GUIDED_LOAD:g} kg within 3 %',
+                abs(found.mass / GUIDED_LOAD - 1.0) / 0.03, 1.0, False,
+                f'{found.mass:.3f} +- {found.mass_error:.2g} kg')], {'guided': found.to_plain()}
+
+
+def excitation(folder: Path) -> tuple[list[Row], dict[str, Any]]:
+    """Return the row of an excitation beside the optimised recordings of the UR10e."""
+    arm = load_arm('ur10e')
+    recorded = {path.name: condition_of(csv_run(path), arm)
+                for path in sorted(folder.rglob('*harm*.csv'))}
+    best = min(recorded, key=recorded.__getitem__)
+    start = time.process_time()
+    found = excite(arm, 20.0, SEARCH)
+    taken = time.process_time() - start
+    own = condition_of(motion_of(found.experiment, arm), arm)
+    return [Row('excite, condition number', f'best of {len(recorded)} recordings',
+                own / recorded[best], 0.8, False,
+                f'{own:.3g} after {taken:.0f} s of processor time, {best}: '
+                f'{recorded[best]:.3g}')], {'condition': {**recorded, 'excite': own}}
+
+
+def motion_of(experiment: JointWaves, arm: ArmParameters) -> Run:
+    """Return an excitation as if a UR10e had recorded it, with the torque of its model."""
+    t = np.arange(0.0, experiment.duration, 0.01)
+    q, qd, qdd = joint_waves(t, experiment)
+    effort = inverse_dynamics(q + arm.angle_offset, qd, qdd, arm)
+    return Run('excite', np.rint(t * 1e9).astype(np.int64) + 1_000_000, States(q, qd, effort),
+               100.0)
+
+
+def condition_of(run: Run, arm: ArmParameters) -> float:
+    """Return the condition number of the regressor of a run, columns scaled to length one."""
+    rows, base = rows_of([run], arm), base_of(arm)
+    friction = [rows.friction[..., i, None] * np.eye(6) for i in range(LINEAR)]
+    x = np.concatenate([rows.inertial[..., base.columns], *friction], axis=-1)
+    x = x.reshape(-1, x.shape[-1])
+    return float(np.linalg.cond(x / np.linalg.norm(x, axis=0)))
 
 
 def _bars(what: str, values: np.ndarray, bars: Sequence[float], unit: str) -> list[Row]:
@@ -292,13 +350,15 @@ def main() -> None:
     options.add_argument('--seconds', type=float, default=20.0, help='length of the recording')
     options.add_argument('--alone', action='store_true', help='without mujoco[sysid]')
     options.add_argument('--ur10e', type=Path, help='folder dataset_ur10e of the recordings')
+    options.add_argument('--guided', type=Path, help='log recorded_data.csv of a guided UR5e')
     options.add_argument('--ur10', type=Path, help='bag ur10_exciting_trajectory.db3')
     given = options.parse_args()
     if given.quick:
         given.seconds, given.alone = 15.0, True
     with tempfile.TemporaryDirectory() as folder:
         rows, more = side_by_side(Path(folder), given)
-    for work, place in ((real_ur10e, given.ur10e), (real_ur10, given.ur10)):
+    for work, place in ((real_ur10e, given.ur10e), (guided, given.guided),
+                        (real_ur10, given.ur10), (excitation, given.ur10e)):
         if place is not None:
             added, figures = work(place)
             rows, more = rows + added, {**more, **figures}

@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
 from foreign_recordings import arm_messages, motion, write_bag
 
@@ -65,6 +66,32 @@ def test_identify_refuses_what_is_no_torque_of_the_arm(ur5, tmp_path, spoil, arm
     refused = ur5('identify', 'other', '--arm', arm, '-o', 'found.yaml')
     assert refused.code == 2 and f'no torque of arm {arm}' in refused.err and says in refused.err
     assert refused.err.count('\n') == 1 and not (tmp_path / 'found.yaml').exists()
+
+
+def test_identify_export_and_compare_report_what_of_a_recording_was_used(ur5, tmp_path):
+    made = motion(n=2500)
+    q = made.q.copy()
+    q[1000:1005] = np.nan
+    write_bag(tmp_path / 'holes', {'/joint_states': arm_messages(made.with_(q=q))})
+    says = '5 states of 2500 hold what is no number, from 2 s to 2.008 s: dropped'
+    for words in (('identify', 'holes', '--arm', 'ur5e', '--json', 'found.json'),
+                  ('export', 'holes', '-o', 'holes.csv'),
+                  ('compare', 'holes', 'holes', '--arm', 'ur5e')):
+        done = ur5(*words)
+        assert done.code == 0 and f'note: holes: {says}' in done.out, words
+    run, = json.loads((tmp_path / 'found.json').read_text())['runs']
+    assert (run['states'], run['dropped']) == (2495, 5) and says in run['notes']
+
+
+def test_an_export_takes_the_topic_and_the_prefix(ur5, tmp_path):
+    made = motion(n=50)
+    write_bag(tmp_path / 'two', {'/joint_states': arm_messages(made.with_(q=made.q + 0.5)),
+                                 '/b/joint_states': arm_messages(made, prefix='b_')})
+    done = ur5('export', 'two', '-o', 'b.csv', '--topic', 'joint_states=/b/joint_states')
+    assert done.code == 0, done.err
+    assert ur5('export', 'two', '-o', 'c.csv', '--joint-prefix', 'b_').code == 0
+    assert (tmp_path / 'b.csv').read_bytes() == (tmp_path / 'c.csv').read_bytes()
+    assert ur5('export', 'two', '-o', 'd.csv', '--joint-prefix', 'x_').code == 2
 
 
 def test_identify_of_less_than_a_second_names_what_it_does_not_tell(ur5, tmp_path):

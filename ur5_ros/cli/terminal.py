@@ -10,6 +10,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.result import FAIL, Result
 
 _COLOUR = {'pass': 'green', 'fail': 'bold red', 'not applicable': 'dim'}
@@ -74,6 +75,12 @@ def show_result(out: Console, result: Result) -> None:
     colour = 'yellow' if result.headline != result.verdict else _COLOUR[result.verdict]
     folder = result.about.get('folder') or result.run
     out.print(Text.assemble(f'{folder}: ', (result.headline, colour)), soft_wrap=True)
+
+
+def show_notes(out: Console, run: Run) -> None:
+    """Print what of a run was passed over, assumed or is missing."""
+    for sentence in (*run.problems, *run.remarks):
+        show_text(out, f'note: {run.name}: {sentence}')
 
 
 def show_text(out: Console, text: str) -> None:

@@ -654,6 +654,13 @@ def test_velocities_in_degrees_are_named_so(judged, made):
     assert 'look like degrees a second' in result.check('kinematics').sentence
 
 
+@pytest.mark.parametrize('value', [np.inf, -np.inf, 1.7e308, np.nan])
+def test_an_effort_of_no_number_throughout_is_no_torque(judged, made, value, recwarn):
+    result = judged(arm_messages(made.with_(effort=np.full((700, 6), value))))
+    assert result.verdict == 'pass' and 'no torque is recorded' in remarks(result)
+    assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
+
+
 def test_single_values_far_beyond_the_others_are_dropped_and_leave_no_gap(judged, made):
     effort = made.effort.copy()
     effort[[100, 103, 110, 400, 650], [0, 1, 2, 3, 5]] = 1e6

@@ -1,6 +1,6 @@
 """The commands ``ur5 identify`` and ``ur5 excite``: inertia and friction of a recorded arm."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,15 +41,17 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
     if not runs:
         return _payload_alone(loaded, start, json)
     tested = _read(test, given) if test is not None else None
-    found = fit([_read(run, given) for run in runs], start, tested,
-                name=out.stem if out is not None else 'identified', payload=loaded)
-    _show(found)
+    fitted = [_read(run, given) for run in runs]
+    found = fit(fitted, start, tested, name=out.stem if out is not None else 'identified',
+                payload=loaded)
+    used = [*fitted, *(run for run in (tested, loaded) if run is not None)]
+    _show(found, used)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         write_arm(found, out)
         print(f'written: {out}')
     if json is not None:
-        write_json(found.to_plain(), json)
+        write_json({**found.to_plain(), 'runs': _notes(used)}, json)
         print(f'written: {json}')
     if html is not None:
         from ur5_ros.analysis.report.identification import write_identification_html
@@ -125,14 +127,22 @@ def _payload_alone(loaded: Run | None, arm: ArmParameters | None, json: Path | N
         raise InputError('no run given; give one or more, or --payload RUN')
     found = identify_payload(loaded, arm)
     terminal.show_text(terminal.console(), found.sentence())
+    terminal.show_notes(terminal.console(), loaded)
     if json is not None:
         write_json({'format': 'ur5_ros identification', 'version': 1,
-                    'payload': found.to_plain()}, json)
+                    'payload': found.to_plain(), 'runs': _notes([loaded])}, json)
         print(f'written: {json}')
     return YES
 
 
-def _show(found: Identified) -> None:
+def _notes(runs: Sequence[Run]) -> list[dict[str, Any]]:
+    """Return how much of each run was used, and what was passed over, assumed or is missing."""
+    return [{'run': run.name, 'states': len(run.stamp),
+             'dropped': 0 if run.dropped is None else len(run.dropped),
+             'notes': [*run.problems, *run.remarks]} for run in runs]
+
+
+def _show(found: Identified, used: Sequence[Run]) -> None:
     screen = terminal.console()
     base = Table('base parameter', 'value', 'unit', box=None, pad_edge=False, header_style='bold')
     for name, (value, error) in found.base.items():
@@ -149,3 +159,5 @@ def _show(found: Identified) -> None:
     screen.print(joints)
     for sentence in found.sentences():
         terminal.show_text(screen, sentence)
+    for run in used:
+        terminal.show_notes(screen, run)

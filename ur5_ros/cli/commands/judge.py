@@ -86,6 +86,8 @@ def compare(run_a: Path, run_b: Path, json: Path | None, given: Mapping[str, Any
     for count, run in ((found.only_a, a), (found.only_b, b)):
         if count:
             out.print(f'{count} states only in {run.name}', soft_wrap=True)
+    for run in (a, b):
+        terminal.show_notes(out, run)
     for name, (left, right) in found.parameters.items():
         terminal.show_text(out, f'{name}: {left} and {right}')
     out.print(f'verdicts: {verdicts[0]} and {verdicts[1]}')

@@ -86,7 +86,7 @@ def _without_glitches(values: np.ndarray, largest: float) -> np.ndarray:
     """Return a field with impossible values as NaN; where they are many, its unit is another."""
     known = np.abs(np.nan_to_num(values))
     far = known > largest
-    ordinary = np.quantile(known, 1.0 - GLITCHES, axis=0).max(initial=0.0)
+    ordinary = np.quantile(np.where(far, 0.0, known), 1.0 - GLITCHES, axis=0).max(initial=0.0)
     if ordinary > 0.0 and largest > NO_UNIT:
         far |= known > SPIKE * ordinary
     if far.any(axis=1).mean() > GLITCHES:
