@@ -22,7 +22,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from ur5_ros.launcher.node_processes import _yaml, claim_domain, private_environment
+from ur5_ros.launcher.node_processes import claim_domain, parameter_text, private_environment
 
 SHARED_MEMORY = Path('/dev/shm')
 MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node',
@@ -140,7 +140,7 @@ class Ros:
         """
         command = [sys.executable, '-m', MODULES[node], '--ros-args']
         for name, value in parameters.items():
-            command += ['-p', f'{name.replace("__", ".")}:={_yaml(value)}']
+            command += ['-p', f'{name.replace("__", ".")}:={parameter_text(value)}']
         if namespace:
             command += ['-r', f'__ns:={namespace}']
         return self.run(command + (arguments or []), environment)

@@ -302,22 +302,22 @@ def test_what_is_handed_over_after_closing_is_counted_as_lost(tmp_path):
 
 def test_memory_stays_flat_while_recording(tmp_path):
     script = """
-        import sys, time
+        import sys
         from pathlib import Path
         import numpy as np
         from ur5_ros.cdr.fixed_messages import FixedJointState
-        from ur5_ros.bag.writer import BagWriter
+        from ur5_ros.bag import writer as bag_writer
+        bag_writer.MAX_WAITING = 5000
         def resident():
             return int(Path('/proc/self/statm').read_text().split()[1]) * 4096
         codec = FixedJointState(['a', 'b', 'c', 'd', 'e', 'f'])
         values = np.zeros((3, 6))
-        writer = BagWriter(Path(sys.argv[1]), {'run': 'x'}, max_duration=5)
+        writer = bag_writer.BagWriter(Path(sys.argv[1]), {'run': 'x'}, max_duration=5,
+                                      blocking=True)
         topic = writer.topic('/joint_states', 'sensor_msgs/msg/JointState')
         sizes = []
         for k in range(1, 120001):
             writer.write(topic, k * 1000000, codec.encode(k * 1000000, *values))
-            while len(writer._waiting) > 5000:
-                time.sleep(0.002)
             if k in (40000, 120000):
                 sizes.append(resident())
         writer.close()

@@ -104,7 +104,7 @@ def test_children_end_with_their_parent_even_when_it_is_killed(tmp_path):
             'from ur5_ros.launcher.node_processes import NodeProcesses\n'
             f'nodes = NodeProcesses(Path({str(tmp_path)!r})).__enter__()\n'
             'nodes.start("sim", "ur5_ros.nodes.sim_node", {"bag": ""})\n'
-            'print(nodes._children["sim"].pid, flush=True)\ntime.sleep(60)\n')
+            'print(nodes.pid("sim"), flush=True)\ntime.sleep(60)\n')
     parent = subprocess.Popen([sys.executable, '-c', code], stdout=subprocess.PIPE, text=True)
     child = Path('/proc') / parent.stdout.readline().strip()
     try:

@@ -21,6 +21,9 @@ class NodeParameters:
     max_bagfile_size: int
     tf_prefix: str
     effort_convention: str
+    control_rate: int
+    torque_rate_limit: float
+    monitor_rate: float
     hot_loop: str
     realtime_priority: int
 
@@ -60,7 +63,6 @@ class SimParameters(NodeParameters):
     lockstep: bool
     lockstep_timeout: float
     realtime_factor: float
-    control_rate: int
     physics_rate: int
     stop_after: float
     command_timeout: float
@@ -69,7 +71,6 @@ class SimParameters(NodeParameters):
     fallback: str
     leave_torque_mode: bool
     torque_limit: list[float]
-    torque_rate_limit: float
     effort_feedback: str
     torque_constant: list[float]
     overspeed_stop: bool
@@ -107,7 +108,6 @@ class SimParameters(NodeParameters):
     force_torque_noise_force: float
     force_torque_noise_torque: float
     force_torque_offset: list[float]
-    monitor_rate: float
     force_limit: float
 
 
@@ -117,7 +117,6 @@ class ControlParameters(NodeParameters):
 
     declared = CONTROL_PARAMETERS
 
-    control_rate: int
     mode: str
     law_file: str
     kp: list[float]
@@ -136,14 +135,12 @@ class ControlParameters(NodeParameters):
     max_joint_jump: float
     singularity_margin: float
     tool_speed: float
-    torque_rate_limit: float
     allow_nonzero_velocity_at_trajectory_end: bool
     constraints_goal_time: float
     constraints_trajectory: float
     constraints_goal: float
     state_timeout: float
     max_state_jump: float
-    monitor_rate: float
     impedance_stiffness: list[float]
     impedance_damping: list[float]
     impedance_inertia: list[float]

@@ -62,7 +62,7 @@ class NodeProcesses:
         """
         arguments = [sys.executable, '-m', module, '--ros-args']
         for key, value in parameters.items():
-            arguments += ['-p', f'{key}:={_yaml(value)}']
+            arguments += ['-p', f'{key}:={parameter_text(value)}']
         if namespace:
             arguments += ['-r', f'__ns:={namespace}']
         with open(self.logs / f'{name}.log', 'wb') as log:
@@ -185,11 +185,12 @@ def last_core() -> int:
     return max(os.sched_getaffinity(0))
 
 
-def _yaml(value: Any) -> str:
+def parameter_text(value: Any) -> str:
+    """Return a value as ``-p name:=value`` takes it."""
     if isinstance(value, bool):
         return 'true' if value else 'false'
     if isinstance(value, list):
-        return '[' + ', '.join(_yaml(item) for item in value) + ']'
+        return '[' + ', '.join(parameter_text(item) for item in value) + ']'
     if isinstance(value, str):
         return "'" + value.replace("'", "''") + "'"
     return repr(value)

@@ -204,12 +204,12 @@ def test_a_damaged_cache_does_no_harm(tmp_path):
 
 
 def test_a_changed_source_file_makes_the_cache_stale(monkeypatch):
-    before = compiled._sources()
+    before = compiled.source_digest()
     reads = type(compiled.Path()).read_bytes
     monkeypatch.setattr(type(compiled.Path()), 'read_bytes', lambda path: reads(path) + b' ')
-    compiled._sources.cache_clear()  # read once in a process
-    assert compiled._sources() != before
-    compiled._sources.cache_clear()
+    compiled.source_digest.cache_clear()  # read once in a process
+    assert compiled.source_digest() != before
+    compiled.source_digest.cache_clear()
 
 
 def test_taking_kernels_from_the_cache_leaves_the_compiler_unloaded(tmp_path):

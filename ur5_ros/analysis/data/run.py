@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -92,13 +92,26 @@ class NodeRecord:
     """What the simulated arm can touch."""
 
 
+class _Required(Generic[_Part]):
+    """A part of a run; InputError where it is missing."""
+
+    def __init__(self, field: str, missing: str) -> None:
+        self._field, self._missing = field, missing
+
+    def __get__(self, run: 'Run', owner: type) -> _Part:
+        part: _Part | None = getattr(run, self._field)
+        if part is None:
+            raise InputError(f'{run.name}: {self._missing}; record it, or choose another run')
+        return part
+
+
 @dataclass(frozen=True, eq=False)
 class Run:
     """
     One run: rows are states in the order of their stamps, each with its answer and reference.
 
     Where a state has no answer or no reference the row holds NaN.  What a recording may lack is
-    None; the properties ``required_...`` raise InputError then and name what is missing.
+    None; the attributes ``required_...`` raise InputError then and name what is missing.
 
     """
 
@@ -157,35 +170,11 @@ class Run:
     effort_meaning: str = 'total'
     """What the recorded effort was stated to be: one of ``EFFORT_MEANINGS``."""
 
-    @property
-    def required_reference(self) -> Reference:
-        """The reference; InputError where none is recorded."""
-        return self._required(self.reference, 'no reference is recorded')
-
-    @property
-    def required_command(self) -> np.ndarray:
-        """The commands, shape (n, 6) [N m]; InputError where none are recorded."""
-        return self._required(self.command, 'no stamped commands are recorded')
-
-    @property
-    def required_sim(self) -> NodeRecord:
-        """The simulator's record; InputError where the bag has none."""
-        return self._required(self.sim, 'the simulator is not described')
-
-    @property
-    def required_control(self) -> NodeRecord:
-        """The controller's record; InputError where the bag has none."""
-        return self._required(self.control, 'the controller is not described')
-
-    @property
-    def required_contact(self) -> np.ndarray:
-        """The contact torque, shape (n, substeps, 6) [N m]; InputError where there is no world."""
-        return self._required(self.contact, 'there was no world to touch')
-
-    def _required(self, part: _Part | None, missing: str) -> _Part:
-        if part is None:
-            raise InputError(f'{self.name}: {missing}; record it, or choose another run')
-        return part
+    required_reference = _Required[Reference]('reference', 'no reference is recorded')
+    required_command = _Required[np.ndarray]('command', 'no stamped commands are recorded')
+    required_sim = _Required[NodeRecord]('sim', 'the simulator is not described')
+    required_control = _Required[NodeRecord]('control', 'the controller is not described')
+    required_contact = _Required[np.ndarray]('contact', 'there was no world to touch')
 
     @property
     def law_record(self) -> NodeRecord | None:

@@ -141,7 +141,7 @@ class _SourceCache(FunctionCache):
         return found
 
     def _index_key(self, signature, codegen):
-        return (super()._index_key(signature, codegen), self._options, _sources())
+        return (super()._index_key(signature, codegen), self._options, source_digest())
 
 
 def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Callable[..., int]:
@@ -160,7 +160,8 @@ def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Calla
 
 
 @cache
-def _sources() -> str:
+def source_digest() -> str:
+    """Return a digest of all files whose functions are compiled."""
     digest = sha256()
     here = Path(__file__).parent
     # the simulator's kernels call functions in other files of theirs as well

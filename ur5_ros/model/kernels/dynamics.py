@@ -28,6 +28,17 @@ from ur5_ros.model.kernels.plane_geometry import (
 
 
 @inlined
+def every_state(of_state, a, b, c, k, out):
+    """Apply a function of three arrays to every state; return 1 where a result is not finite."""
+    if a.size != out.size or b.size != out.size or c.size != out.size:
+        return 1
+    for at in range(0, out.size, 6):
+        if not isfinite(of_state(a, b, c, k, out, at)):
+            return 1
+    return 0
+
+
+@inlined
 def write_column(out, at, j, entries):
     """Write the entries 1 to j + 1 of column j."""
     out[at, j] = entries[0]
@@ -206,10 +217,5 @@ def torque_of_state(q, qd, qdd, k, tau, at):
 @kernel(R1, R1, R1, R1, W1, hot=True)
 def inverse(q, qd, qdd, k, tau):
     """Joint torque of every state of motion."""
-    if q.size != tau.size or qd.size != tau.size or qdd.size != tau.size:
-        return 1
-    for at in range(0, tau.size, 6):
-        if not isfinite(torque_of_state(q, qd, qdd, k, tau, at)):
-            return 1
-    return 0
+    return every_state(torque_of_state, q, qd, qdd, k, tau)
 

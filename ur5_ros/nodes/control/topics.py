@@ -1,12 +1,9 @@
 """What the controller sends: commands, references, parts of the torque, errors, poses."""
 
-from typing import Any
-
 import numpy as np
 from rclpy.node import Node
 
 from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.cdr.diagnostics import status_array
 from ur5_ros.cdr.fixed_messages import (
     FixedJointState,
     FixedPose,
@@ -14,9 +11,10 @@ from ur5_ros.cdr.fixed_messages import (
     encode_stamp,
 )
 from ur5_ros.config.node_parameters import ControlParameters
+from ur5_ros.nodes.ros.outputs import Outputs
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Topics
-from ur5_ros.signals import JOINT_NAMES, ArmState, Reference, Torque
+from ur5_ros.signals import ArmState, Reference, Torque
 
 #: Parts of the commanded torque, as ``~/torque_parts`` names them.
 PARTS = Torque._fields
@@ -24,23 +22,16 @@ TOTAL, FEEDBACK = PARTS.index('total'), PARTS.index('feedback')
 _TOTAL = slice(48 * TOTAL, 48 * TOTAL + 48)
 
 
-class ControlOutputs:
-    """
-    The publishers of the controller.
-
-    ``arm_name``: ``hardware_id`` of the diagnostics.
-
-    """
+class ControlOutputs(Outputs):
+    """The publishers of the controller."""
 
     def __init__(
         self, node: Node, topics: Topics, recording: Recording, parameters: ControlParameters,
         arm_name: str,
     ) -> None:
-        self._name = node.get_fully_qualified_name()
-        self._arm_name = arm_name
-        self._recording = recording
         prefix = parameters.tf_prefix
-        names = [prefix + name for name in JOINT_NAMES]
+        super().__init__(node, 'controller', topics, recording, prefix, arm_name)
+        names = self._joint_names
         self._command = FixedJointState(names, fields=('effort',))
         self._reference = FixedTrajectoryPoint(names)
         self._parts = FixedJointState(
@@ -53,7 +44,6 @@ class ControlOutputs:
         self._send_error = topics.sender('error')
         self._send_tool = topics.sender('tool_pose')
         self._send_reference_pose = topics.sender('reference_pose')
-        self._send_diagnostics = topics.sender('diagnostics')
         self.hash = PayloadHash(self._command)
         self._last = b''
 
@@ -103,8 +93,3 @@ class ControlOutputs:
             state.stamp, state.q - reference.q, state.qd - reference.qd))
         self._send_tool(self._pose.encode(state.stamp, *tool))
         self._send_reference_pose(self._pose.encode(state.stamp, *desired))
-
-    def diagnostics(self, stamp: int, level: int, message: str, values: dict[str, Any]) -> None:
-        """Send a report."""
-        self._send_diagnostics(status_array(
-            stamp, f'{self._name}: controller', message, self._arm_name, values, level))

@@ -3,33 +3,36 @@
 import gc
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from ur5_ros.nodes.ros.environment import require_environment
 from ur5_ros.nodes.ros.shutdown import StopRequest
 
 
-def execute(program: str, purpose: str, parameters: Sequence[str], node: str,
-            arguments: Sequence[str] | None = None) -> None:
+def executable(program: str, purpose: str, parameters: Sequence[str],
+               node: str) -> Callable[..., None]:
     """
-    Run an executable: print its help, or be the node.
+    Return the ``main`` of an executable: it prints its help, or is the node.
 
     ``parameters``: names of the declarations in ``config.parameters``; ``node``: ``module:class``
-    below ``ur5_ros.nodes``, imported after the signals are listened to; ``arguments``: command
-    line, program name first; ``sys.argv`` by default.
+    below ``ur5_ros.nodes``, imported after the signals are listened to.
     """
-    if asks_for_help(sys.argv if arguments is None else arguments):
-        from ur5_ros.config import parameters as declared
-        from ur5_ros.nodes.ros.usage import usage
-        shown = {each.name: each for name in parameters for each in getattr(declared, name)}
-        print(usage(program, purpose, shown.values()))
-        return
-    stop = begin_start()
-    require_environment(arguments)
-    from ur5_ros.nodes.ros.process import run_node
-    module, name = node.split(':')
-    run_node(getattr(import_module(f'ur5_ros.nodes.{module}'), name), stop, arguments)
+    def main(arguments: Sequence[str] | None = None) -> None:
+        """Run it; ``arguments``: command line, program name first; ``sys.argv`` by default."""
+        if asks_for_help(sys.argv if arguments is None else arguments):
+            from ur5_ros.config import parameters as declared
+            from ur5_ros.nodes.ros.usage import usage
+            shown = {each.name: each for name in parameters for each in getattr(declared, name)}
+            print(usage(program, purpose, shown.values()))
+            return
+        stop = begin_start()
+        require_environment(arguments)
+        from ur5_ros.nodes.ros.process import run_node
+        module, name = node.split(':')
+        run_node(getattr(import_module(f'ur5_ros.nodes.{module}'), name), stop, arguments)
+
+    return main
 
 
 def begin_start() -> StopRequest:

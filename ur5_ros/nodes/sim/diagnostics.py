@@ -1,5 +1,6 @@
 """Diagnostics of the simulator once a second, and the other nodes on its topics."""
 
+import json
 from typing import Any
 
 from ur5_ros.cdr.diagnostics import ERROR, OK, WARN
@@ -64,7 +65,10 @@ def report(sim: Any) -> None:
         word = f'waiting for the first command on {" or ".join(sim.inputs.command_topics)}'
         if sim.waiting_line('waiting'):
             sim.logger.info(f'{word}; {network()}')
-    sim.outputs.diagnostics(plant.stamp, level, word, {
+    values = {
         'run': sim.run_name, 'state': plant.k, 'paused': sim.simulation.paused,
         'repeatable': gate.repeatable, **counters(sim),
-        'bag': str(sim.recording.folder or ''), 'bag_lost': recording.lost})
+        'bag': str(sim.recording.folder or ''), 'bag_lost': recording.lost}
+    sim.outputs.diagnostics(plant.stamp, level, word, {
+        key: value if isinstance(value, str) else json.dumps(value)
+        for key, value in values.items()})

@@ -1,8 +1,6 @@
 """Outputs of the simulator: states, clock, events, truth, diagnostics."""
 
-import json
 from collections.abc import Iterable
-from typing import Any
 
 from rclpy.node import Node
 
@@ -12,18 +10,19 @@ from ur5_ros.cdr.fixed_messages import FixedJointState, encode_number, encode_st
 from ur5_ros.cdr.layout import LITTLE_ENDIAN
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.topics import WORLD_TOPICS
+from ur5_ros.nodes.ros.outputs import Outputs
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Send, Topics
-from ur5_ros.signals import JOINT_NAMES, ArmState
+from ur5_ros.signals import ArmState
 from ur5_ros.sim.events import Event
 from ur5_ros.sim.plant import Plant
 
 
-class SimOutputs:
+class SimOutputs(Outputs):
     """
     The publishers of the simulator.
 
-    ``plant``: its arm is the ``hardware_id`` of everything diagnostic; its world adds topics.
+    ``plant``: its world adds topics.
 
     """
 
@@ -31,11 +30,9 @@ class SimOutputs:
         self, node: Node, topics: Topics, recording: Recording, parameters: SimParameters,
         plant: Plant,
     ) -> None:
-        self._name = node.get_fully_qualified_name()
-        self._arm_name = plant.arm.name
-        self._recording = recording
-        names = [parameters.tf_prefix + name for name in JOINT_NAMES]
-        self._states = FixedJointState(names)
+        super().__init__(node, 'simulator', topics, recording, parameters.tf_prefix,
+                         plant.arm.name)
+        self._states = FixedJointState(self._joint_names)
         self._publish_state, self._state_id = topics.publisher('joint_states')
         self._publish_clock: Send | None = None
         self._clock_id = 0
@@ -43,7 +40,6 @@ class SimOutputs:
             self._publish_clock, self._clock_id = topics.publisher('clock')
         self._send_truth = topics.sender('ground_truth')
         self._send_event = topics.sender('events')
-        self._send_diagnostics = topics.sender('diagnostics')
         self._publish_run, self._run_id = topics.publisher('run')
         self._publish_rate, self._rate_id = topics.publisher('control_rate')
         self._rate = encode_number(parameters.control_rate)
@@ -112,10 +108,3 @@ class SimOutputs:
         """Send an event."""
         self._send_event(status_array(
             event.stamp, event.kind, event.message, self._arm_name, event.values))
-
-    def diagnostics(self, stamp: int, level: int, message: str, values: dict[str, Any]) -> None:
-        """Send a report."""
-        self._send_diagnostics(status_array(
-            stamp, f'{self._name}: simulator', message, self._arm_name,
-            {key: value if isinstance(value, str) else json.dumps(value)
-             for key, value in values.items()}, level))
