@@ -11,6 +11,7 @@ are wall clock, which a busy machine stretches; the processor time stands beside
 import argparse
 import json
 import os
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -33,6 +34,8 @@ from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
 
 BATCH = 100_000
+pinocchio_model = runpy.run_path(
+    str(Path(__file__).resolve().parents[1] / 'test' / 'witnesses.py'))['pinocchio_model']
 
 
 class Row(NamedTuple):
@@ -44,22 +47,6 @@ class Row(NamedTuple):
     theirs_us: float
     ratio: float
     bar: float
-
-
-def pinocchio_model(arm: ArmParameters) -> pin.Model:
-    """Return the arm as Pinocchio has it, from its explicit inertias."""
-    model = pin.Model()
-    model.gravity.linear = arm.gravity
-    placement, parent = pin.SE3.Identity(), 0
-    for i, (mass, com, inertia) in enumerate(zip(*arm.bodies, strict=True)):
-        c, s = np.cos(arm.alpha[i]), np.sin(arm.alpha[i])
-        link = pin.SE3(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]),
-                       np.array([arm.a[i], 0, arm.d[i]]))
-        parent = model.addJoint(parent, pin.JointModelRZ(), placement, f'joint_{i + 1}')
-        model.appendBodyToJoint(parent, pin.Inertia(mass, com, inertia), link)
-        placement = link
-    model.armature = arm.armature
-    return model
 
 
 def compare(what: str, peer: str, bar: float, ours: Callable[[], object],

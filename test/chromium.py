@@ -61,6 +61,18 @@ class Chromium:
             {'name': 'prefers-color-scheme', 'value': 'dark' if dark else 'light'}])
         self.ask('Page.navigate', url=address)
 
+    def show(self, page: Path, size: tuple[int, int], figures: int = 1,
+             dark: bool = False) -> None:
+        """Open a page of ours whose console was cleared; wait until its figures are drawn."""
+        self.console.clear()
+        self.open(page.as_uri(), *size, dark=dark)
+        self.wait(f"document.querySelectorAll('.main-svg').length >= {figures}")
+
+    @property
+    def page_width(self) -> int:
+        """How wide the page is, with what sticks out sideways."""
+        return self.evaluate('document.documentElement.scrollWidth')
+
     def evaluate(self, expression: str):
         """Return the value of a JavaScript expression."""
         result = self.ask('Runtime.evaluate', expression=expression, returnByValue=True,

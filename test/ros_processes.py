@@ -17,9 +17,11 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from ur5_ros.launcher.node_processes import claim_domain, parameter_text, private_environment
@@ -77,6 +79,11 @@ class Process:
     def text(self) -> str:
         """What it printed so far."""
         return self.log.read_text(errors='replace')
+
+    def lacks(self, package: str) -> None:
+        """Check that one line names a package that is not installed, and what to install."""
+        assert self.text.count(f'{package} is not installed') == 1, self.text
+        assert f'ros-jazzy-{package.replace("_", "-")}' in self.text
 
     def says(self, text: str, seconds: float = PATIENCE) -> None:
         """Wait until it has printed ``text``."""
@@ -248,6 +255,14 @@ class Observer:
             # finds no reader is dropped
             time.sleep(0.3)
         return client.call_async(request if request is not None else service_type.Request())
+
+    def set_parameters(self, node: str, **values: Any) -> Any:
+        """Set parameters of a node at once, a dot as ``__``; return the result."""
+        request = SetParametersAtomically.Request(parameters=[
+            Parameter(name.replace('__', '.'), value=value).to_parameter_msg()
+            for name, value in values.items()])
+        return self.call(SetParametersAtomically, f'/{node}/set_parameters_atomically',
+                         request).result
 
     def close(self) -> None:
         """Leave the domain."""

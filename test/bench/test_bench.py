@@ -7,6 +7,7 @@ import time
 import numpy as np
 import polars
 import pytest
+from law_files import LAW
 from numpy.testing import assert_allclose
 
 from ur5_ros.bench.entries import LAWS, Candidate, Tuned, entry_of, load_bench, load_entries
@@ -30,16 +31,6 @@ from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.run_config import run_config
 
-LAW = """
-from ur5_ros import dynamics_terms
-
-class Law:
-    def __init__(self, arm, gains, parameters):
-        self.arm, self.gains = arm, gains
-
-    def __call__(self, state, reference, dt):
-        {body}
-"""
 RIGHT = """M, C, g = dynamics_terms(state.q + self.arm.angle_offset, state.qd, self.arm)
         a = (reference.qdd - self.gains.kd @ (state.qd - reference.qd)
              - self.gains.kp @ (state.q - reference.q))

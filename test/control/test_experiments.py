@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import yaml
 from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
@@ -25,9 +26,11 @@ start_degrees: [0.0, -90.0, 90.0, -90.0, -90.0, 0.0]
 """
 
 
-def experiment_of(folder, text):
+def experiment_of(folder, text='', **fields):
+    """Return the experiment of a text, or of a kind with these fields."""
+    about = {'name': 'mine', 'description': 'for a test', 'source': 'assumed'}
     path = folder / 'mine.yaml'
-    path.write_text(text)
+    path.write_text(text or yaml.safe_dump(about | fields))
     return load_experiment(str(path))
 
 
@@ -178,30 +181,17 @@ def test_a_wrong_file_is_refused_with_the_reason(old, new, words, tmp_path):
 
 
 def test_a_profile_through_a_singularity_is_refused_with_the_sample(tmp_path):
-    text = """
-name: reach
-description: stretches the elbow
-source: assumed
-kind: tool_polygon
-leg_time: 2.0
-start_degrees: [0.0, -45.0, 60.0, -105.0, -90.0, 0.0]
-corners: [[0.0, 0.0, 0.0], [-0.5, 0.0, 0.0]]
-"""
+    spec = experiment_of(tmp_path, kind='tool_polygon', leg_time=2.0,
+                         start_degrees=[0.0, -45.0, 60.0, -105.0, -90.0, 0.0],
+                         corners=[[0.0, 0.0, 0.0], [-0.5, 0.0, 0.0]])  # stretches the elbow
     with pytest.raises(InputError, match=r'sample \d+ of 201 .* comes within .* of a singularity'):
-        experiment_trajectory(experiment_of(tmp_path, text), load_arm('ur5'), 100, 0.3)
+        experiment_trajectory(spec, load_arm('ur5'), 100, 0.3)
 
 
 def test_a_profile_that_begins_in_a_singularity_is_refused_whatever_the_margin(tmp_path):
-    text = """
-name: straight
-description: wrist singular
-source: assumed
-kind: tool_polygon
-leg_time: 2.0
-start_degrees: [0.0, -90.0, 90.0, -90.0, 0.0, 0.0]
-corners: [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
-"""
-    spec = experiment_of(tmp_path, text)
+    spec = experiment_of(tmp_path, kind='tool_polygon', leg_time=2.0,
+                         start_degrees=[0.0, -90.0, 90.0, -90.0, 0.0, 0.0],
+                         corners=[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
     with pytest.raises(InputError, match='sample 1 of 201 .* singularity'):
         experiment_trajectory(spec, load_arm('ur5'), 100, 0.0)
     with pytest.raises(InputError, match='sample 1 of 1 .* singularity'):
@@ -209,34 +199,18 @@ corners: [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
 
 
 def test_a_circle_around_its_own_axis_is_refused(tmp_path):
-    text = """
-name: point
-description: no circle
-source: assumed
-kind: tool_circle
-duration: 2.0
-start_degrees: [20.0, -75.0, 90.0, -105.0, -80.0, 15.0]
-centre: [0.0, 0.0, 0.1]
-normal: [0.0, 0.0, 1.0]
-"""
+    spec = experiment_of(tmp_path, kind='tool_circle', duration=2.0, centre=[0.0, 0.0, 0.1],
+                         normal=[0.0, 0.0, 1.0],
+                         start_degrees=[20.0, -75.0, 90.0, -105.0, -80.0, 15.0])
     with pytest.raises(InputError, match='make no circle'):
-        experiment_trajectory(experiment_of(tmp_path, text), load_arm('ur5'), 100, 0.02)
+        experiment_trajectory(spec, load_arm('ur5'), 100, 0.02)
 
 
 def test_ramps_longer_than_the_experiment_and_lost_files_are_refused(tmp_path):
-    text = """
-name: short
-description: all ramp
-source: assumed
-kind: joint_waves
-duration: 3.0
-ramp: 2.0
-ramp_down: 2.0
-start_degrees: [0.0, -90.0, 90.0, -90.0, -90.0, 0.0]
-joints: {elbow_joint: [{amplitude: 0.1, frequency: 1.0}]}
-"""
     with pytest.raises(InputError, match='take 4 s of 3 s; make the duration longer'):
-        experiment_of(tmp_path, text)
+        experiment_of(tmp_path, kind='joint_waves', duration=3.0, ramp=2.0, ramp_down=2.0,
+                      start_degrees=[0.0, -90.0, 90.0, -90.0, -90.0, 0.0],
+                      joints={'elbow_joint': [{'amplitude': 0.1, 'frequency': 1.0}]})
     with pytest.raises(InputError, match='no experiment file ./lost.yaml'):
         load_experiment('./lost.yaml')
 

@@ -22,16 +22,21 @@ def state(k, q=HOME, qd=ZERO):
     return ArmState(k * 2_000_000, np.array(q, dtype=float), np.array(qd, dtype=float), ZERO)
 
 
+def in_motion():
+    """Return a controller that has begun to move every joint by half a radian."""
+    controller = controller_from_parameters({}, RATE)
+    controller.update(state(1))
+    controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    return controller
+
+
 def same(one, two):
     return all(a.tobytes() == b.tobytes() for a, b in
                zip((*one.torque, *one.reference), (*two.torque, *two.reference), strict=True))
 
 
 def test_a_copy_of_a_state_gets_the_same_answer_and_moves_nothing_on():
-    one, two = controller_from_parameters({}, RATE), controller_from_parameters({}, RATE)
-    for controller in (one, two):
-        controller.update(state(1))
-        controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    one, two = in_motion(), in_motion()
     for k in range(2, 200):
         answer = one.update(state(k))
         assert one.update(state(k)) is answer
@@ -40,10 +45,7 @@ def test_a_copy_of_a_state_gets_the_same_answer_and_moves_nothing_on():
 
 
 def test_a_single_state_that_jumps_is_not_accepted_and_the_motion_goes_on():
-    one, two = controller_from_parameters({}, RATE), controller_from_parameters({}, RATE)
-    for controller in (one, two):
-        controller.update(state(1))
-        controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    one, two = in_motion(), in_motion()
     for k in range(2, 300):
         glitch = state(k, HOME + [0, 0, 2.0, 0, 0, 0]) if k == 100 else state(k)
         assert same(one.update(glitch), two.update(state(k)))
@@ -77,9 +79,7 @@ def test_with_nothing_to_believe_there_is_no_answer():
 
 
 def test_an_arm_that_was_moved_is_held_where_it_is_now():
-    controller = controller_from_parameters({}, RATE)
-    controller.update(state(1))
-    controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    controller = in_motion()
     for k in range(2, 100):
         controller.update(state(k))
     elsewhere = HOME - 1.0  # a reset of the simulator
@@ -106,10 +106,7 @@ def test_a_clock_that_jumps_ends_the_motion_and_the_arm_is_held(stamp, words):
 
 
 def test_states_missing_in_between_do_not_change_the_reference():
-    every, third = controller_from_parameters({}, RATE), controller_from_parameters({}, RATE)
-    for controller in (every, third):
-        controller.update(state(1))
-        controller.target_joints(JOINT_NAMES, HOME + 0.5)
+    every, third = in_motion(), in_motion()
     for k in range(2, 602):
         answer = every.update(state(k))
         if k % 3 == 1:

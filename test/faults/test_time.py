@@ -7,8 +7,6 @@ import sys
 import numpy as np
 import psutil
 import pytest
-from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.parameter import Parameter
 from ros_processes import wait_until
 from sensor_msgs.msg import JointState
 
@@ -65,10 +63,7 @@ def test_an_error_inside_a_callback_is_reported_and_the_node_goes_on(ros):
     watcher = ros.observer()
     states = watcher.hear(JointState, '/joint_states')
     wait_until(lambda: len(states) > 50, 'a run')
-    request = SetParametersAtomically.Request(
-        parameters=[Parameter('payload.mass', value=1.0).to_parameter_msg()])
-    result = watcher.call(SetParametersAtomically, '/ur5_sim/set_parameters_atomically', request)
-    assert not result.result.successful
+    assert not watcher.set_parameters('ur5_sim', payload__mass=1.0).successful
     began = stamp(states[-1])
     wait_until(lambda: stamp(states[-1]) > began + 100_000_000, 'the loop to go on')
     assert 'injected' in sim.text

@@ -3,22 +3,13 @@
 import time
 
 import numpy as np
-from rcl_interfaces.srv import GetParameters, SetParametersAtomically
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rcl_interfaces.srv import GetParameters
+from rclpy.parameter import parameter_value_to_python
 from ros_processes import wait_until
 from sensor_msgs.msg import JointState
 
 #: Longest time without a state while a change is compiled [s]; the machine may be busy.
 LONGEST_GAP = 1.5
-
-
-def change(watcher, node, **values):
-    """Ask for several changes at once; return the answer."""
-    request = SetParametersAtomically.Request(parameters=[
-        Parameter(name.replace('__', '.'), value=value).to_parameter_msg()
-        for name, value in values.items()])
-    return watcher.call(SetParametersAtomically, f'{node}/set_parameters_atomically',
-                        request).result
 
 
 def value(watcher, node, name):
@@ -35,7 +26,7 @@ def test_states_go_on_while_the_friction_of_a_live_change_is_compiled(ros):
     watcher, times = ros.observer(), []
     watcher.hear(JointState, '/joint_states', react=lambda _: times.append(time.monotonic()))
     wait_until(lambda: len(times) > 100, 'states')
-    answer = change(watcher, '/ur5_sim', friction__viscous=[1.0] * 6)
+    answer = watcher.set_parameters('ur5_sim', friction__viscous=[1.0] * 6)
     assert answer.successful, answer.reason
     assert list(value(watcher, '/ur5_sim', 'friction.viscous')) == [1.0] * 6
     count = len(times)
@@ -51,10 +42,10 @@ def test_of_changes_that_are_refused_none_acts(ros):
     watcher = ros.observer()
     commands = watcher.hear(JointState, '/joint_command')
     wait_until(lambda: len(commands) > 20, 'commands')
-    answer = change(watcher, '/ur5_control', kp=[20.0], kd=[1e6])
+    answer = watcher.set_parameters('ur5_control', kp=[20.0], kd=[1e6])
     assert not answer.successful and 'kd' in answer.reason
     assert list(value(watcher, '/ur5_control', 'kp')) == [10.0]
-    answer = change(watcher, '/ur5_sim', payload__mass=1.0, payload__com=[99.0] * 3)
+    answer = watcher.set_parameters('ur5_sim', payload__mass=1.0, payload__com=[99.0] * 3)
     assert not answer.successful and 'payload.com' in answer.reason
     assert value(watcher, '/ur5_sim', 'payload.mass') == 0.0
     assert control.stop() == 0 and sim.stop() == 0

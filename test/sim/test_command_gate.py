@@ -44,6 +44,13 @@ def answer(gate, k, torque=ONE):
     return decision
 
 
+def answered_gate(clock, **given):
+    """Return a gate whose first state has been answered."""
+    gate = gate_of(clock, **given)
+    answer(gate, 1)
+    return gate
+
+
 def test_time_stands_still_until_the_answer_comes(clock):
     gate = gate_of(clock)
     assert not gate.next().step
@@ -67,8 +74,7 @@ def test_no_timeout_before_the_first_command_and_copies_go_out_at_ten_hertz(cloc
 
 
 def test_no_copies_after_the_first_command(clock):
-    gate = gate_of(clock)
-    answer(gate, 1)
+    gate = answered_gate(clock)
     clock.now += 5.0
     assert not gate.next().resend
 
@@ -78,8 +84,7 @@ def test_no_copies_after_the_first_command(clock):
     (stamp(1), 'earlier'), (stamp(3), 'not yet published'), (stamp(2) + 1, 'not yet published'),
 ])
 def test_a_stamp_of_another_state_is_refused_and_counted(clock, wrong, reason):
-    gate = gate_of(clock)
-    answer(gate, 1)
+    gate = answered_gate(clock)
     assert reason in gate.offer(COMMAND, wrong, ONE)
     assert not gate.next().step
     assert sum(gate.refused.values()) == 1
@@ -95,8 +100,7 @@ def test_a_second_answer_to_the_same_state_is_dropped(clock):
 
 @pytest.mark.fault(11)
 def test_a_silent_controller_hands_over_to_the_fallback_paced_by_the_wall(clock):
-    gate = gate_of(clock, lockstep_timeout=2.0)
-    answer(gate, 1)
+    gate = answered_gate(clock, lockstep_timeout=2.0)
     clock.now += 1.999
     assert not gate.next().step
     clock.now += 0.001
@@ -119,8 +123,7 @@ def test_a_silent_controller_hands_over_to_the_fallback_paced_by_the_wall(clock)
 
 @pytest.mark.fault(50, 53)
 def test_the_command_that_rearms_lockstep_is_not_applied_itself(clock):
-    gate = gate_of(clock, lockstep_timeout=2.0)
-    answer(gate, 1)
+    gate = answered_gate(clock, lockstep_timeout=2.0)
     clock.now += 2.0
     assert gate.next().command is None
     gate.published(3)
@@ -139,8 +142,7 @@ def test_the_command_that_rearms_lockstep_is_not_applied_itself(clock):
 
 
 def test_a_stamp_that_no_state_had_does_not_rearm(clock):
-    gate = gate_of(clock, lockstep_timeout=2.0)
-    answer(gate, 1)
+    gate = answered_gate(clock, lockstep_timeout=2.0)
     clock.now += 2.0
     gate.next()
     gate.published(3)
@@ -152,8 +154,7 @@ def test_a_stamp_that_no_state_had_does_not_rearm(clock):
 
 
 def test_a_timeout_of_zero_waits_for_ever(clock):
-    gate = gate_of(clock, lockstep_timeout=0.0)
-    answer(gate, 1)
+    gate = answered_gate(clock, lockstep_timeout=0.0)
     clock.now += 1e6
     assert gate.next() == (False, None, False, None)
 
@@ -210,8 +211,7 @@ def test_a_reset_forgets_pending_commands_and_asks_for_silence_again(clock):
 
 
 def test_a_pause_does_not_run_into_the_timeout(clock):
-    gate = gate_of(clock, lockstep_timeout=1.0)
-    answer(gate, 1)
+    gate = answered_gate(clock, lockstep_timeout=1.0)
     clock.now += 60.0
     gate.resumed()
     assert not gate.next().step

@@ -31,6 +31,7 @@ vary:
   sim.payload.mass: [0.0, 0.5]
   control.kp: {from: 5.0, to: 50.0, count: 3}
 """
+LONGER = SPEC.replace('count: 3', 'count: 60').replace('0.15', '0.4')
 
 
 def spec_of(text=SPEC):
@@ -89,6 +90,19 @@ class Cluster:
             process.wait()
 
 
+def run_and_interrupt(folder, cluster, interrupt):
+    """Run a sweep on a cluster, and do something once when the first runs are done."""
+    interrupted = []
+
+    def progress(done):
+        if done > 0 and not interrupted:
+            interrupted.append(done)
+            interrupt()
+
+    run_sweep(folder.spec, folder, cluster.address, progress=progress)
+    assert interrupted and interrupted[0] < number_of_runs(folder.spec)
+
+
 @pytest.fixture
 def cluster(tmp_path):
     cluster = Cluster(tmp_path)
@@ -122,17 +136,8 @@ def test_threads_of_one_worker_do_not_disturb_each_other(cluster, tmp_path):
 def test_a_killed_worker_loses_no_run_and_doubles_none(cluster, tmp_path):
     cluster.scheduler()
     victim, _ = cluster.worker(), cluster.worker()
-    text = SPEC.replace('count: 3', 'count: 60').replace('0.15', '0.4')
-    folder = SweepFolder(tmp_path / 'sweep', spec_of(text))
-    killed = []
-
-    def kill_once(done):
-        if done > 0 and not killed:
-            killed.append(done)
-            os.killpg(victim.pid, signal.SIGKILL)
-
-    run_sweep(folder.spec, folder, cluster.address, progress=kill_once)
-    assert killed and killed[0] < 120
+    folder = SweepFolder(tmp_path / 'sweep', spec_of(LONGER))
+    run_and_interrupt(folder, cluster, lambda: os.killpg(victim.pid, signal.SIGKILL))
     rows = [index for part in (tmp_path / 'sweep' / 'parts').glob('*.parquet')
             for index in polars.read_parquet(part)['index']]
     assert sorted(rows) == list(range(120))
@@ -142,20 +147,15 @@ def test_a_killed_worker_loses_no_run_and_doubles_none(cluster, tmp_path):
 def test_a_scheduler_that_goes_and_comes_back_costs_nothing_that_was_done(cluster, tmp_path):
     scheduler = cluster.scheduler()
     cluster.worker()
-    text = SPEC.replace('count: 3', 'count: 60').replace('0.15', '0.4')
-    folder = SweepFolder(tmp_path / 'sweep', spec_of(text))
-    killed = []
+    folder = SweepFolder(tmp_path / 'sweep', spec_of(LONGER))
 
-    def restart_once(done):
-        if done > 0 and not killed:
-            killed.append(done)
-            os.killpg(scheduler.pid, signal.SIGKILL)
-            scheduler.wait()
-            cluster.scheduler()
-            cluster.worker()
+    def restart():
+        os.killpg(scheduler.pid, signal.SIGKILL)
+        scheduler.wait()
+        cluster.scheduler()
+        cluster.worker()
 
-    run_sweep(folder.spec, folder, cluster.address, progress=restart_once)
-    assert killed
+    run_and_interrupt(folder, cluster, restart)
     assert folder.table()['index'].to_list() == list(range(120))
 
 

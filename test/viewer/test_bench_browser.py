@@ -27,10 +27,8 @@ def page(tmp_path_factory):
 
 @pytest.mark.parametrize('size', [(1400, 900), (420, 900)], ids=['wide', 'narrow'])
 def test_the_page_fits_names_every_law_and_has_a_number_in_every_cell(browser, page, size):
-    browser.console.clear()
-    browser.open(page.as_uri(), *size)
-    browser.wait("document.querySelectorAll('.main-svg').length > 3")
-    assert browser.evaluate('document.documentElement.scrollWidth') <= size[0]
+    browser.show(page, size, figures=4)
+    assert browser.page_width <= size[0]
     assert set(LAWS) <= set(browser.evaluate(TEXTS.format('.yaxislayer-above')))
     assert len(browser.evaluate(TEXTS.format('.heatmaplayer'))) == 8 * len(LAWS)
     assert browser.evaluate(LEAST) >= 11.0

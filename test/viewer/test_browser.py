@@ -70,8 +70,7 @@ def test_the_page_shows_arm_paths_numbers_and_curves_and_says_nothing(browser, v
     assert near(picture, reference) > 30, 'the path of the reference'
     for title in ('Torque [N m]', 'Joint error [mrad]', 'Tool error [mm]'):
         assert browser.evaluate(f"document.body.textContent.includes('{title}')"), title
-    wide = browser.evaluate('document.documentElement.scrollWidth')
-    assert wide <= size[0], 'nothing sticks out sideways'
+    assert browser.page_width <= size[0], 'nothing sticks out sideways'
     ground = np.median(picture.reshape(-1, 3), axis=0).mean()
     assert (ground < 60) if dark else (ground > 230), 'the colours of the system'
     assert not browser.console

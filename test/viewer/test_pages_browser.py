@@ -76,9 +76,7 @@ def pages(tmp_path_factory):
 
 
 def opened(browser, pages, page, size, dark=False) -> None:
-    browser.console.clear()
-    browser.open((pages / f'{page}.html').as_uri(), *size, dark=dark)
-    browser.wait("document.querySelectorAll('.main-svg').length > 0")
+    browser.show(pages / f'{page}.html', size, dark=dark)
     time.sleep(1.0)
 
 
@@ -88,7 +86,7 @@ def opened(browser, pages, page, size, dark=False) -> None:
 @pytest.mark.parametrize('page', PAGES)
 def test_a_page_is_readable_complete_and_silent(browser, pages, page, size, dark):
     opened(browser, pages, page, size, dark)
-    assert browser.evaluate('document.documentElement.scrollWidth') <= size[0]
+    assert browser.page_width <= size[0]
     assert browser.evaluate('document.documentElement.lang') == 'en'
     assert browser.evaluate('document.title') and browser.evaluate(
         "document.querySelectorAll('h1').length") == 1

@@ -25,9 +25,7 @@ def report(tmp_path_factory):
 
 def opened(browser, report, size=(1280, 900), dark=False) -> None:
     """Open the report and wait for its figures."""
-    browser.console.clear()
-    browser.open(report.as_uri(), *size, dark=dark)
-    browser.wait("document.querySelectorAll('.main-svg').length > 0")
+    browser.show(report, size, dark=dark)
     time.sleep(1.0)
 
 
@@ -35,7 +33,7 @@ def opened(browser, report, size=(1280, 900), dark=False) -> None:
 @pytest.mark.parametrize('size', [(1280, 900), (420, 900)], ids=['wide', 'narrow'])
 def test_the_report_fits_the_window_and_says_nothing(browser, report, size, dark, tmp_path):
     opened(browser, report, size, dark)
-    assert browser.evaluate('document.documentElement.scrollWidth') <= size[0]
+    assert browser.page_width <= size[0]
     picture = np.asarray(Image.open(browser.photograph(tmp_path / 'report.png')).convert('RGB'))
     ground = np.median(picture.reshape(-1, 3), axis=0)
     assert (ground.mean() < 90) if dark else (ground.mean() > 200)

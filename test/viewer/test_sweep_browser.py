@@ -36,10 +36,8 @@ def page(tmp_path_factory):
 
 @pytest.mark.parametrize('size', [(1400, 900), (420, 900)], ids=['wide', 'narrow'])
 def test_the_page_fits_its_window_and_logs_nothing(browser, page, size):
-    browser.console.clear()
-    browser.open(page.as_uri(), *size)
-    browser.wait("document.querySelectorAll('.main-svg').length > 4")
-    assert browser.evaluate('document.documentElement.scrollWidth') <= size[0]
+    browser.show(page, size, figures=5)
+    assert browser.page_width <= size[0]
     assert not browser.console
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from law_files import LAW
 from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
@@ -14,16 +15,6 @@ START = np.array([0.3, -1.2, 1.5, -1.9, -1.4, 0.2])
 STATE = ArmState(1_000_000, START, np.zeros(6), np.zeros(6))
 LATER = ArmState(2_000_000, START + 0.01, np.full(6, 0.1), np.zeros(6))
 
-LAW = """
-from ur5_ros import gravity_torque
-
-class Law:
-    def __init__(self, arm, gains, parameters):
-        self.arm, self.gains = arm, gains
-
-    def __call__(self, state, reference, dt):
-        {body}
-"""
 GRAVITY_PD = """return (gravity_torque(state.q, self.arm)
                 - self.gains.kp @ (state.q - reference.q)
                 - self.gains.kd @ (state.qd - reference.qd))"""

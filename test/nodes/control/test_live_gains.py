@@ -4,8 +4,6 @@ import signal
 
 import numpy as np
 import pytest
-from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.parameter import Parameter
 from ros_processes import wait_until
 from sensor_msgs.msg import JointState
 
@@ -24,11 +22,8 @@ START = initial_positions(load_experiment('kebria_fig11'), load_arm('ur5')).toli
 
 def change(watcher, **values):
     """Change live parameters of the controller."""
-    request = SetParametersAtomically.Request(parameters=[
-        Parameter(name, value=value).to_parameter_msg() for name, value in values.items()])
-    answer = watcher.call(SetParametersAtomically, '/ur5_control/set_parameters_atomically',
-                          request)
-    assert answer.result.successful, answer.result.reason
+    result = watcher.set_parameters('ur5_control', **values)
+    assert result.successful, result.reason
 
 
 def later(states, periods=150):

@@ -1,8 +1,8 @@
 """Every law is selected on the running node; gains with which it is unstable are refused."""
 
+from functools import partial
+
 import numpy as np
-from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.parameter import Parameter
 from ros_processes import wait_until
 from sensor_msgs.msg import JointState
 
@@ -20,11 +20,7 @@ def test_every_law_is_selected_on_the_running_node_and_holds_the_arm(ros):
     watcher = ros.observer()
     states = watcher.hear(JointState, '/joint_states')
 
-    def change(**values):
-        request = SetParametersAtomically.Request(parameters=[
-            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()])
-        return watcher.call(SetParametersAtomically, '/ur5_control/set_parameters_atomically',
-                            request).result
+    change = partial(watcher.set_parameters, 'ur5_control')
     wait_until(lambda: len(states) > 10, 'states')
     for mode in CHOICES:
         answer = change(mode=mode, **(SPRINGS if mode in WITHOUT_M else WEIGHED))

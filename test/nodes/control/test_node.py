@@ -5,8 +5,6 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.parameter import Parameter
 from ros_processes import wait_until
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -138,16 +136,10 @@ def test_wrong_targets_are_refused_and_the_arm_holds(arm):
 
 
 def test_services_and_live_parameters_are_served(arm):
-    def set_gains(**values):
-        return arm.watcher.call(
-            SetParametersAtomically, '/ur5_control/set_parameters_atomically',
-            SetParametersAtomically.Request(parameters=[
-                Parameter(name, value=value).to_parameter_msg()
-                for name, value in values.items()])).result
-
-    assert set_gains(kp=25, kd=[10.0]).successful
+    set_parameters = arm.watcher.set_parameters
+    assert set_parameters('ur5_control', kp=25, kd=[10.0]).successful
     for wrong in ({'kp': -1.0}, {'kp': [1.0, 2.0]}, {'kd': float('nan')}, {'arm': 'ur10'}):
-        assert not set_gains(**wrong).successful
+        assert not set_parameters('ur5_control', **wrong).successful
     refused = arm.watcher.call(Trigger, '/ur5_control/start_experiment')
     assert not refused.success
     assert 'experiment' in refused.message

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
-from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.parameter import Parameter
 from ros_processes import send_until, wait_until
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -47,14 +45,6 @@ def answerer(watcher, publisher):
             answered.add(stamp(state))
             publisher.publish(command(state))
     return react
-
-
-def set_parameters(watcher, node, **changes):
-    request = SetParametersAtomically.Request(parameters=[
-        Parameter(name.replace('__', '.'), value=value).to_parameter_msg()
-        for name, value in changes.items()])
-    return watcher.call(SetParametersAtomically, f'/{node}/set_parameters_atomically',
-                        request).result
 
 
 def events(heard, kind):
@@ -105,7 +95,7 @@ def test_a_step_waits_for_its_command_while_other_services_answer(ros):
     states = watcher.hear(JointState, '/joint_states')
     watcher.call(SetBool, '/ur5_sim/pause', SetBool.Request(data=True))
     step = watcher.call_async(Trigger, '/ur5_sim/step')
-    assert set_parameters(watcher, 'ur5_sim', payload__mass=1.0).successful
+    assert watcher.set_parameters('ur5_sim', payload__mass=1.0).successful
     assert watcher.call(SetBool, '/ur5_sim/pause', SetBool.Request(data=True)).success
     assert not step.done()
     wait_until(lambda: states, 'a copy of state 1')
@@ -226,13 +216,13 @@ def test_live_parameters_change_the_plant_and_the_rest_is_refused(ros):
     ros.start('sim')
     told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
     watcher.publisher(JointState, '/joint_command')
-    assert set_parameters(watcher, 'ur5_sim', payload__mass=2, friction__viscous=[1.0] * 6
+    assert watcher.set_parameters('ur5_sim', payload__mass=2, friction__viscous=[1.0] * 6
                           ).successful
     wait_until(lambda: len(events(told, 'parameter')) == 2, 'two events')
     for wrong in ({'payload__mass': -1.0}, {'payload__mass': float('nan')},
                   {'friction__viscous': [1.0]}, {'control_rate': 500}, {'fallback': 'panic'},
                   {'use_sim_time': True}, {'noise__position': float('inf')}):
-        result = set_parameters(watcher, 'ur5_sim', **wrong)
+        result = watcher.set_parameters('ur5_sim', **wrong)
         assert not result.successful
         assert result.reason
     assert len(events(told, 'parameter')) == 2
@@ -322,7 +312,7 @@ def test_scales_of_the_friction_model_are_parameters(ros):
     class Node:
         def set_parameters_atomically(self, parameters):
             values = {each.name.replace('.', '__'): each.value for each in parameters}
-            asked.append(set_parameters(watcher, 'ur5_sim', **values))
+            asked.append(watcher.set_parameters('ur5_sim', **values))
             return asked[-1]
 
         def get_logger(self):
