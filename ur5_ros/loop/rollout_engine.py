@@ -56,7 +56,7 @@ class RolloutEngine:
         self._sim, self._arm, self._periods = config.sim, arm, config.periods
         self._substeps = config.sim.physics_rate // config.sim.control_rate
         self._delay = min(config.sim.delay_command_periods, config.periods - 1)
-        self._effects = PlantParameters(config.sim, arm).effects(arm)
+        self._effects = PlantParameters(config.sim, arm).effects(np.zeros(6))
         integrator = PlantIntegrator(self._effects, 1.0 / config.sim.physics_rate)
         self._integrator = None if integrator.none else integrator
 

@@ -132,6 +132,16 @@ class Mechanics:
                 raise FloatingPointError('the state of the arm ran away')
         return held
 
+    def largest_damping(self, control_rate: int) -> np.ndarray:
+        """
+        Return the joint damping above which a torque held for a period shakes the arm, (6,).
+
+        Such a torque stops the joint within the period when h D / M = 1 and doubles its speed
+        when h D / M = 3: D [N m s/rad], M seen by the joint at the present state.
+        """
+        inertia = self.bullet.mass_matrix(self.joints.q) + np.diag(self.arm.armature)
+        return control_rate / np.diag(np.linalg.inv(inertia))
+
     def objects(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
         """Return name, position [m] and quaternion (x, y, z, w) of every free body, in base."""
         return [] if self.world is None else self.world.objects()

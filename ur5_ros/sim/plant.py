@@ -13,6 +13,7 @@ from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
 from ur5_ros.sim.event_log import EventLog
 from ur5_ros.sim.events import Event
+from ur5_ros.sim.external_wrench import ExternalWrench
 from ur5_ros.sim.integrator import NO_JOINTS
 from ur5_ros.sim.limits import check_initial_state, check_rates
 from ur5_ros.sim.mechanics import Mechanics
@@ -95,7 +96,7 @@ class Plant:
         self._sensor = Sensor(start)
         self._delay = CommandDelay()
         self._contact_watch = ContactWatch(self._rate)
-        self._wrench_end: int | None = None
+        self._wrench = ExternalWrench(self._rate)
         self.k = 0
         self._count_period()
         self._settle()
@@ -190,14 +191,11 @@ class Plant:
             If the frame is another or a number is not finite.
 
         """
-        self._plant_parameters.set_wrench(force, torque, frame)
-        wrench = self._plant_parameters.wrench
-        duration = self.parameters.wrench_duration
-        lasts = wrench.any() and duration > 0.0
-        self._wrench_end = self.k + max(1, round(duration * self._rate)) if lasts else None
+        self._wrench.set(force, torque, frame, self.k, self.parameters.wrench_duration)
         self._settle()
-        self._log('wrench', f'wrench at the tool {wrench.tolist()}', force=wrench[:3].tolist(),
-                   torque=wrench[3:].tolist(), frame='base')
+        wrench = self._wrench.value.tolist()
+        self._log('wrench', f'wrench at the tool {wrench}', force=wrench[:3], torque=wrench[3:],
+                  frame='base')
 
     def reset(self) -> ArmState:
         """Return the initial state under the next stamp; commands under way are dropped."""
@@ -236,19 +234,7 @@ class Plant:
 
         """
         from ur5_ros.sim.world.tool_wrench import tool_wrench  # loads Numba
-        return tool_wrench(self.mechanics.contacts, self._plant_parameters.wrench, self.truth.q,
-                           self.arm)
-
-    def largest_damping(self) -> np.ndarray:
-        """
-        Return the joint damping above which a torque held for a period shakes the arm, (6,).
-
-        Such a torque stops the joint within the period when h D / M = 1 and doubles its speed
-        when h D / M = 3: D [N m s/rad], M seen by the joint at the present state.
-        """
-        inertia = self.mechanics.bullet.mass_matrix(self.truth.q.tolist()) + np.diag(
-            self.arm.armature)
-        return self.parameters.control_rate / np.diag(np.linalg.inv(inertia))
+        return tool_wrench(self.mechanics.contacts, self._wrench.value, self.truth.q, self.arm)
 
     def resume_torque_mode(self) -> str:
         """Let commands act again after silence ended torque mode; return what to answer."""
@@ -289,7 +275,7 @@ class Plant:
         """Let the present parameters act: what they decide is decided here, not in a step."""
         given = self.parameters = self._plant_parameters.parameters
         self.mechanics.set_payload(self._payload.load, given.gravity)
-        self.mechanics.set_effects(self._plant_parameters.effects(self.arm))
+        self.mechanics.set_effects(self._plant_parameters.effects(self._wrench.value))
         self._sensor.settle(given)
         self._motors.settle(given)
         self.exact_sensing = self._sensor.exact
@@ -297,12 +283,12 @@ class Plant:
 
     def _look_ahead(self) -> None:
         """Note whether :meth:`_take_due` has to be asked in the next period."""
-        self._something_due = (self._wrench_end is not None or self._payload.changing
+        self._something_due = (self._wrench.end is not None or self._payload.changing
                                or self.parameters.delay_command_periods > 0 or self._delay.busy)
 
     def _take_due(self, command: np.ndarray | None) -> np.ndarray | None:
         """End a wrench, take a stage of the payload; return the command that arrives now."""
-        if self.k == self._wrench_end:
+        if self.k == self._wrench.end:
             self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         if self._payload.take_stage(self.k):
             self._settle()

@@ -1,6 +1,5 @@
-"""What can change while the plant runs: live parameters and the wrench at the tool."""
+"""The parameters of the plant, some of which change while it runs."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,14 +16,12 @@ _LIVE = {parameter.name: parameter for parameter in SIM_PARAMETERS if parameter.
 
 
 class PlantParameters:
-    """Parameters and wrench, always valid."""
+    """Parameters, always valid together."""
 
     def __init__(self, parameters: SimParameters, arm: ArmParameters):
         self.parameters = with_arm_friction(parameters, arm.friction)
         self._arm = arm
         self._check(self.parameters)
-        self.wrench = np.zeros(6)
-        """Force [N] and torque [N m] at the origin of ``tool0``, in ``base``."""
 
     def change(self, name: str, value: Any) -> Any:
         """Change a parameter; return its value in the right type."""
@@ -43,20 +40,8 @@ class PlantParameters:
         joint_friction(parameters.by_name())
         loaded_arm(self._arm, *tool_load(parameters))
 
-    def set_wrench(self, force: Sequence[float], torque: Sequence[float], frame: str) -> None:
-        """Set the wrench."""
-        wrench = np.concatenate([np.asarray(force, dtype=float), np.asarray(torque, dtype=float)])
-        if wrench.shape != (6,) or not np.isfinite(wrench).all():
-            raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N '
-                             'm]')
-        if frame not in ('base', 'base_link'):
-            raise InputError(f'wrench in frame {frame!r}; give base or base_link')
-        if frame == 'base_link':  # base is base_link turned by Rz(pi)
-            wrench = wrench * [-1.0, -1.0, 1.0, -1.0, -1.0, 1.0]
-        self.wrench = wrench + 0.0  # no negative zeros
-
-    def effects(self, arm: ArmParameters) -> Effects:
-        """Return what acts on the joints of this arm beside bodies, gravity and motors."""
+    def effects(self, wrench: np.ndarray) -> Effects:
+        """Return what acts on the joints beside bodies, gravity and motors."""
         return Effects(
-            arm.armature, joint_friction(self.parameters.by_name()), self.wrench, arm.limits.lower,
-            arm.limits.upper)
+            self._arm.armature, joint_friction(self.parameters.by_name()), wrench,
+            self._arm.limits.lower, self._arm.limits.upper)

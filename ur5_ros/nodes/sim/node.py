@@ -178,10 +178,10 @@ class SimNode:
 
 def light_joints(plant: Plant) -> str:
     """Return what damping the joints of an arm without rotors carry, and which arm has rotors."""
-    damping = ', '.join(f'{each:.2g}' for each in plant.largest_damping())
-    name = plant.parameters.arm
+    name, rate = plant.parameters.arm, plant.parameters.control_rate
+    damping = ', '.join(f'{each:.2g}' for each in plant.mechanics.largest_damping(rate))
     heavier = 'ur5_real' if name == 'ur5' else name + ASSUMED
     known = heavier == 'ur5_real' or heavier in arms_with_assumed_armature()
-    return (f'arm {name} has no rotor inertia: at {plant.parameters.control_rate} Hz its joints '
+    return (f'arm {name} has no rotor inertia: at {rate} Hz its joints '
             f'carry a damping of at most about {damping} N m s/rad'
             + (f'; arm:={heavier} has the rotor inertia of the robot' if known else ''))

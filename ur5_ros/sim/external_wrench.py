@@ -1,0 +1,38 @@
+"""The external wrench at the tool: in ``base``, until another comes or its time is over."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ur5_ros.errors import InputError
+
+
+class ExternalWrench:
+    """
+    Force [N] and torque [N m] at the origin of ``tool0``.
+
+    ``control_rate``: control periods a second [Hz].
+
+    """
+
+    def __init__(self, control_rate: int):
+        self._rate = control_rate
+        self.end: int | None = None
+        """Control period in which its time is over."""
+        self.value = np.zeros(6)
+        """In ``base``, shape (6,)."""
+
+    def set(self, force: Sequence[float], torque: Sequence[float], frame: str, k: int,
+            duration: float) -> None:
+        """Let a wrench act from period ``k`` on, for a duration [s] above zero."""
+        wrench = np.concatenate([np.asarray(force, dtype=float), np.asarray(torque, dtype=float)])
+        if wrench.shape != (6,) or not np.isfinite(wrench).all():
+            raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N '
+                             'm]')
+        if frame not in ('base', 'base_link'):
+            raise InputError(f'wrench in frame {frame!r}; give base or base_link')
+        if frame == 'base_link':  # base is base_link turned by Rz(pi)
+            wrench = wrench * [-1.0, -1.0, 1.0, -1.0, -1.0, 1.0]
+        self.value = wrench + 0.0  # no negative zeros
+        lasts = wrench.any() and duration > 0.0
+        self.end = k + max(1, round(duration * self._rate)) if lasts else None
