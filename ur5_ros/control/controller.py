@@ -1,7 +1,6 @@
 """The controller under the node: states in, torques out, trajectories on request."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,18 +10,15 @@ from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control import planning
 from ur5_ros.control.computed_torque import TorqueLaw
-from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.experiment import ExperimentTrajectory, experiment_trajectory
 from ur5_ros.control.force_guard import ForceGuard
-from ur5_ros.control.goals import GoalWatch
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.kernel import STATE
 from ur5_ros.control.laws.checked import CheckedLaw
+from ur5_ros.control.motion_requests import NO_STATE, MotionRequests
 from ur5_ros.control.output import ControlOutput, describe, status_of
-from ur5_ros.control.point_to_point import smooth_stop
 from ur5_ros.control.settings import changed, settings_from
 from ur5_ros.control.state_validation import StateStatus, StateValidator, joint_beyond
-from ur5_ros.control.takeover import plan_autostart, plan_rest
 from ur5_ros.control.tolerances import (
     JointTolerance,
     ResultCode,
@@ -34,8 +30,6 @@ from ur5_ros.errors import InputError
 from ur5_ros.model.inverse_kinematics import inverse_kinematics_batch
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference
-
-_NO_STATE = 'no state has come yet; start the robot or the simulator first'
 
 
 def controller_from_parameters(
@@ -105,13 +99,12 @@ class Controller:
         self._guard = ForceGuard(arm)
         self._torque = TorqueCommand(arm, self.parameters, self._settings)
         self._validator = StateValidator()
-        self._executor = TrajectoryExecutor()
-        self._goals = GoalWatch(self._names)
+        self._requests = MotionRequests(self._names)
+        self._executor, self._goals = self._requests.executor, self._requests.goals
         self._output: ControlOutput | None = None
         self._waiting = True
         self._beyond = False
-        self._stopped = self._refused = self._last_refusal = ''
-        self._counts = {'refused_inputs': 0, 'unbelieved_states': 0, 'limited_periods': 0}
+        self._counts = {'unbelieved_states': 0, 'limited_periods': 0}
         inverse_kinematics_batch(np.eye(4)[None], self.arm)  # compiled before a target needs it
 
     def update(self, state: ArmState) -> ControlOutput:
@@ -141,7 +134,7 @@ class Controller:
         if self._settings.guard_force > 0.0 and last is not None:
             why = self._guard.exceeded(state, self._executor, self._settings.guard_force)
             if why:
-                self._stop('guarded', stamp, why)
+                self._requests.stop('guarded', stamp, self._settings.motion_limits, why)
         code, before = STATE, self._validator.predecessor(stamp)
         if before is not None and not self._goals.active:
             reference, parts, code = self._evaluate(state, before.q, stamp, last)
@@ -177,8 +170,7 @@ class Controller:
             self._take_over(state, status)
             last = None
         self._waiting = False
-        if self._goals.active:
-            self._judge(state, stamp)
+        self._requests.judge(state, stamp, self._settings.motion_limits)
         return state, last
 
     def start_experiment(self) -> None:
@@ -248,9 +240,9 @@ class Controller:
             finite.
 
         """
-        with self._refusals('target_wrench'):
+        with self._requests.counted('target_wrench'):
             if self._validator.last is None:
-                raise InputError(_NO_STATE)
+                raise InputError(NO_STATE)
             self._torque.set_target_wrench(planning.desired_wrench(
                 self._settings, self._validator.last, force, torque, frame))
 
@@ -283,15 +275,17 @@ class Controller:
 
     def status(self) -> dict[str, Any]:
         """Return the values of the diagnostics: numbers and texts."""
+        requests = self._requests
         return {
             'state': self._status(),
-            'detail': self._stopped or self._refused or self._executor.name,
-            'last_refusal': self._last_refusal,
+            'detail': requests.stopped or requests.refused or self._executor.name,
+            'last_refusal': requests.last_refusal,
             'last_doubt': self._validator.sentence,
             'arm': self.arm.name,
             'mode': self._settings.mode,
             'effort_convention': self.parameters.effort_convention,
             'experiment': self.parameters.experiment,
+            'refused_inputs': requests.refusals,
             **self._counts,
             **describe(self._output, self._validator.last, self._executor, self.arm,
                        self._settings.mode),
@@ -313,62 +307,25 @@ class Controller:
         return self._validator.last, self._output
 
     def _plan(self, name: str, planner: Callable[..., planning.Plan], *arguments: Any) -> None:
-        with self._refusals(name):
-            if self._output is None:
-                raise InputError(_NO_STATE)
-            plan = planner(self._settings, self._output.reference, *arguments)
-        self._execute(plan, name, self._output.stamp)
-
-    @contextmanager
-    def _refusals(self, name: str) -> Iterator[None]:
-        """Count and keep the reason where what is inside is refused."""
-        try:
-            yield
-        except InputError as refusal:
-            self._counts['refused_inputs'] += 1
-            self._refused = self._last_refusal = f'{name}: {refusal}'
-            raise
-
-    def _execute(self, plan: planning.Plan, name: str, stamp: int) -> None:
-        self._goals.preempt(name)
-        self._executor.execute(plan.trajectory, name, stamp, plan.branch)
-        self._refused = self._stopped = ''
-
-    def _stop(self, name: str, stamp: int, why: str = '') -> None:
-        """Bring the reference to rest, jerk-limited."""
-        limits = self._settings.motion_limits
-        stop = smooth_stop(self._executor.at(stamp, limits), limits)
-        self._execute(planning.Plan(stop), name, stamp)
-        self._stopped = why
+        self._requests.plan(name, planner, self._settings, self._output, *arguments)
 
     def _take_over(self, state: ArmState, status: StateStatus) -> None:
         """Start from a measured state: come to rest and hold, or start the experiment."""
-        rest = plan_rest(self._settings, state)
-        why = '' if status is StateStatus.FIRST else f', since {self._validator.sentence}'
-        self._execute(rest, f'hold{why}', state.stamp)
-        if status is StateStatus.FIRST and self.parameters.autostart and self.experiment:
-            try:
-                plan = plan_autostart(self._settings, rest.trajectory.at(0), self.experiment)
-            except InputError as refusal:
-                self._refused = self._last_refusal = f'autostart: {refusal}'
-                return
-            self._execute(plan, 'experiment', state.stamp)
-
-    def _judge(self, state: ArmState, stamp: int) -> None:
-        """Compare state and reference for the active goal; stop if it has failed."""
-        reference = self._executor.at(stamp, self._settings.motion_limits)
-        error = np.array([state.q - reference.q, state.qd - reference.qd, np.full(6, np.nan)])
-        verdict = self._goals.update(error, stamp)
-        if verdict is not None and verdict.code < 0:
-            self._stop(f'stop: {verdict.message}', stamp)
+        first = status is StateStatus.FIRST
+        since = '' if first else f', since {self._validator.sentence}'
+        rest = self._requests.take_over(state, self._settings, since)
+        if first and self.parameters.autostart and self.experiment:
+            self._requests.autostart(rest, state.stamp, self._settings, self.experiment)
 
     def _watch_limits(self, state: ArmState) -> None:
         """Stop smoothly when a joint passes a limit of the arm in position or speed."""
         joint = joint_beyond(state, self.arm.limits)
         if joint is not None and not self._beyond:
-            self._stop('stop', state.stamp, f'{self._names[joint]} at {state.q[joint]:.4f} rad, '
-                       f'{state.qd[joint]:.4f} rad/s')
+            self._requests.stop(
+                'stop', state.stamp, self._settings.motion_limits,
+                f'{self._names[joint]} at {state.q[joint]:.4f} rad, {state.qd[joint]:.4f} rad/s')
         self._beyond = joint is not None
 
     def _status(self) -> str:
-        return status_of(self._waiting, self._stopped, self._executor.moving, self._refused)
+        return status_of(self._waiting, self._requests.stopped, self._executor.moving,
+                         self._requests.refused)
