@@ -149,6 +149,72 @@ def in_shadow(bodies, x, y, z, light, local, normal):
     return False
 
 
+@inlined
+def ray(view, row, column, height, width):
+    """Return the direction in which a pixel looks; ahead it is 1 m long."""
+    down = (row + 0.5 - 0.5 * height) / view[FOCUS]
+    right = (column + 0.5 - 0.5 * width) / view[FOCUS]
+    u = view[9] + right * view[3] + down * view[6]
+    v = view[10] + right * view[4] + down * view[7]
+    w = view[11] + right * view[5] + down * view[8]
+    return u, v, w
+
+
+@inlined
+def find_bodies(bodies, windows, view, depth, owner, normals, local, normal):
+    """Write the nearest body of each pixel, how far ahead it is, and its normal there."""
+    height, width = depth.shape
+    for i in range(len(bodies)):
+        for row in range(int(windows[i, 0]), int(windows[i, 1])):
+            for column in range(int(windows[i, 2]), int(windows[i, 3])):
+                u, v, w = ray(view, row, column, height, width)
+                far = body_hit(bodies[i], view[0], view[1], view[2], u, v, w, local, normal)
+                if far < _MISS and far < depth[row, column]:
+                    depth[row, column], owner[row, column] = far, i
+                    for k in range(3):
+                        normals[row, column, k] = normal[k]
+
+
+@inlined
+def light_at(bodies, lights, x, y, z, u, v, w, n, local, normal):
+    """Return light and gloss of a point with normal n, seen along (u, v, w)."""
+    length = sqrt(u * u + v * v + w * w)
+    light = _GROUND + (_SKY - _GROUND) * (0.5 + 0.5 * n[2])
+    gloss = 0.0
+    for i in range(len(lights)):
+        facing = n[0] * lights[i, 0] + n[1] * lights[i, 1] + n[2] * lights[i, 2]
+        if facing <= 0.0:
+            continue
+        share = lights[i, 3]
+        if i == 0 and in_shadow(bodies, x + _CLEAR * n[0], y + _CLEAR * n[1],
+                                z + _CLEAR * n[2], lights[0], local, normal):
+            share *= _IN_SHADOW
+        light += share * facing
+        p, q = lights[i, 0] - u / length, lights[i, 1] - v / length
+        r = lights[i, 2] - w / length
+        half = (n[0] * p + n[1] * q + n[2] * r) / sqrt(p * p + q * q + r * r)
+        gloss += _GLOSS * share * max(half, 0.0)**40
+    return light, gloss
+
+
+@inlined
+def find_shadows(bodies, shades, view, lights, owner, shadow, local, normal):
+    """Write which pixels see the floor where a body stands before the first light."""
+    height, width = shadow.shape
+    for i in range(len(bodies)):
+        for row in range(int(shades[i, 0]), int(shades[i, 1])):
+            for column in range(int(shades[i, 2]), int(shades[i, 3])):
+                if owner[row, column] >= 0 or shadow[row, column] > 0:
+                    continue
+                u, v, w = ray(view, row, column, height, width)
+                if w >= 0.0:
+                    continue
+                far = (view[FLOOR] - view[2]) / w
+                if body_hit(bodies[i], view[0] + far * u, view[1] + far * v, view[FLOOR],
+                            lights[0, 0], lights[0, 1], lights[0, 2], local, normal) < _MISS:
+                    shadow[row, column] = 1
+
+
 @kernel(R2, R2, R2, R1, R2, _DEPTHS, _BYTES, _BYTES)
 def cast(bodies, windows, shades, view, lights, depth, colour, shadow):
     """
@@ -165,65 +231,19 @@ def cast(bodies, windows, shades, view, lights, depth, colour, shadow):
     normals = np.empty((height, width, 3), dtype=np.float32)
     local, normal = np.zeros(3), np.zeros(3)
     depth[:] = np.inf
-    for i in range(len(bodies)):
-        for row in range(int(windows[i, 0]), int(windows[i, 1])):
-            down = (row + 0.5 - 0.5 * height) / view[FOCUS]
-            for column in range(int(windows[i, 2]), int(windows[i, 3])):
-                right = (column + 0.5 - 0.5 * width) / view[FOCUS]
-                u = view[9] + right * view[3] + down * view[6]
-                v = view[10] + right * view[4] + down * view[7]
-                w = view[11] + right * view[5] + down * view[8]
-                far = body_hit(bodies[i], view[0], view[1], view[2], u, v, w, local, normal)
-                if far < _MISS and far < depth[row, column]:
-                    depth[row, column], owner[row, column] = far, i
-                    for k in range(3):
-                        normals[row, column, k] = normal[k]
+    find_bodies(bodies, windows, view, depth, owner, normals, local, normal)
     for row in range(height):
-        down = (row + 0.5 - 0.5 * height) / view[FOCUS]
         for column in range(width):
-            right = (column + 0.5 - 0.5 * width) / view[FOCUS]
-            u = view[9] + right * view[3] + down * view[6]
-            v = view[10] + right * view[4] + down * view[7]
-            w = view[11] + right * view[5] + down * view[8]
             if owner[row, column] < 0:
                 continue
+            u, v, w = ray(view, row, column, height, width)
             far, n = depth[row, column], normals[row, column]
             x, y, z = view[0] + far * u, view[1] + far * v, view[2] + far * w
-            length = sqrt(u * u + v * v + w * w)
-            light = _GROUND + (_SKY - _GROUND) * (0.5 + 0.5 * n[2])
-            gloss = 0.0
-            for i in range(len(lights)):
-                facing = n[0] * lights[i, 0] + n[1] * lights[i, 1] + n[2] * lights[i, 2]
-                if facing <= 0.0:
-                    continue
-                share = lights[i, 3]
-                if i == 0 and in_shadow(bodies, x + _CLEAR * n[0], y + _CLEAR * n[1],
-                                        z + _CLEAR * n[2], lights[0], local, normal):
-                    share *= _IN_SHADOW
-                light += share * facing
-                p, q = lights[i, 0] - u / length, lights[i, 1] - v / length
-                r = lights[i, 2] - w / length
-                half = (n[0] * p + n[1] * q + n[2] * r) / sqrt(p * p + q * q + r * r)
-                gloss += _GLOSS * share * max(half, 0.0)**40
+            light, gloss = light_at(bodies, lights, x, y, z, u, v, w, n, local, normal)
             pixel = colour[row * width + column]
             for k in range(3):
                 linear = min(bodies[owner[row, column], COLOUR + k] * light + gloss, 1.0)
                 pixel[k] = np.uint8(255.0 * linear**_DISPLAY + 0.5)
     shadow[:] = 0
-    for i in range(len(bodies)):
-        for row in range(int(shades[i, 0]), int(shades[i, 1])):
-            down = (row + 0.5 - 0.5 * height) / view[FOCUS]
-            for column in range(int(shades[i, 2]), int(shades[i, 3])):
-                if owner[row, column] >= 0 or shadow[row, column] > 0:
-                    continue
-                right = (column + 0.5 - 0.5 * width) / view[FOCUS]
-                w = view[11] + right * view[5] + down * view[8]
-                if w >= 0.0:
-                    continue
-                far = (view[FLOOR] - view[2]) / w
-                x = view[0] + far * (view[9] + right * view[3] + down * view[6])
-                y = view[1] + far * (view[10] + right * view[4] + down * view[7])
-                if body_hit(bodies[i], x, y, view[FLOOR], lights[0, 0], lights[0, 1],
-                            lights[0, 2], local, normal) < _MISS:
-                    shadow[row, column] = 1
+    find_shadows(bodies, shades, view, lights, owner, shadow, local, normal)
     return 0
