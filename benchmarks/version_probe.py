@@ -1,15 +1,16 @@
 """
-What one checkout takes for its work: figures as JSON, for ``bench_versions.py``.
+What one checkout takes for its work: figures as JSON, for ``versions.py``.
 
 Run by the Python of that checkout; it knows the names of version 0.1 and of this one.
-``python version_probe.py FIGURES SCALE`` prints the figures of a group; a scale below 1 takes fewer
-calls.  As a node (``python -m version_probe`` with the variable VERSION_PROBE) it is that node with
-a clock around each step of the plant or each update of the controller.
+``python version_probe.py GROUP SCALE`` prints a group of figures; a scale below 1 takes fewer
+calls.  As a node (``python -m version_probe`` with the variable VERSION_PROBE) it is that node
+with a clock around each step of the plant or each update of the controller.
 """
 
 import json
 import os
 import runpy
+import signal
 import sys
 import tempfile
 import time
@@ -18,14 +19,19 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-import numpy as np
+#: The node that this process is: ``sim`` or ``control``, the file for the times, and whether the
+#: fast ways of version 0.1 are left out.
+NODE = 'VERSION_PROBE'
+
+if NODE in os.environ:  # as the nodes do before they import anything that starts a thread
+    signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+
+import numpy as np  # noqa: E402  after the signals
 
 #: Control periods that are measured, after those that warm up.
 PERIODS, FIRST = 3000, 300
 DURATION = 5.0
-#: The node that this process is: its module, the file for the times, and whether what version 0.1
-#: did faster beside the general way is left out.
-NODE = 'VERSION_PROBE'
 CONFIGURATIONS = {
     'a command within the limits': {},
     'with friction': {'friction.viscous': [1.0] * 6, 'friction.coulomb': [1.0] * 6},
@@ -151,19 +157,16 @@ def timed(call: Callable[[], object], states: int, scale: float) -> float:
 
 def two_nodes(scale: float) -> dict[str, float]:
     """Return the time of a period of both nodes, and of step and update within them [s]."""
-    found = {}
-    for general in (False, True) if GENERAL_ALONE else (False,):
-        step, update, period = run_nodes(DURATION * scale, general)
-        found['period of two nodes, general way'] = period
-        found['step within the node, general way'] = step
-        found['update within the node, general way'] = update
-        if not general:
-            found['period of two nodes'] = period
-    return found
+    found = {'period of two nodes': run_nodes(DURATION * scale, False)[0]}
+    period, times = run_nodes(DURATION * scale, True)
+    return found | {
+        'period of two nodes, general way': period,
+        'step within the node, general way': times['sim'],
+        'update within the node, general way': times['control']}
 
 
-def run_nodes(seconds: float, general: bool) -> tuple[float, float, float]:
-    """Return the median times of a step, an update and a period in a run of both nodes [s]."""
+def run_nodes(seconds: float, general: bool) -> tuple[float, dict[str, float]]:
+    """Return the mean time of a period, and the median ones of a step and an update [s]."""
     if GENERAL_ALONE:
         from ur5_ros.loop.plan import plan_run as config
         from ur5_ros.loop.processes import NodeProcesses
@@ -176,22 +179,23 @@ def run_nodes(seconds: float, general: bool) -> tuple[float, float, float]:
     start = NodeProcesses.start
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as name:
         folder = Path(name)
-        times = {node: folder / f'{node}.npy' for node in MODULES}
+        files = {node: folder / f'{node}.npy' for node in MODULES}
 
         def start_timed(self: Any, node: str, module: str, parameters: Any) -> None:
             self.environment['PYTHONPATH'] = str(Path(__file__).parent)
-            self.environment[NODE] = json.dumps([node, str(times[node]), general])
+            self.environment[NODE] = json.dumps([node, str(files[node]), general])
             start(self, node, 'version_probe', parameters)
 
-        NodeProcesses.start = start_timed
+        if general:
+            NodeProcesses.start = start_timed
         try:
             run_two_nodes(config(duration=seconds), folder)
         finally:
             NodeProcesses.start = start
         sent = np.sort(open_bag(folder / 'sim').columns('/joint_states').log_time)
-        period = np.diff(sent[len(sent) // 10:])
-        return (*(median(np.load(times[node])[FIRST:]) * 1e-9 for node in MODULES),
-                float(np.mean(period)) * 1e-9)
+        period = float(np.mean(np.diff(sent[len(sent) // 10:]))) * 1e-9
+        return period, {node: median(np.load(file)[FIRST:]) * 1e-9
+                        for node, file in files.items() if general}
 
 
 def be_a_node() -> None:

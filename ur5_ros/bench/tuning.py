@@ -1,5 +1,6 @@
 """The same search of gains for every law: as many runs, the same motions, the same judge."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -75,10 +76,11 @@ def write_bench(found: BenchFile, path: Path) -> None:
 
 def pareto_front(rows: list[Candidate]) -> list[Candidate]:
     """Return the candidates that none beats in error and in roughness, by error."""
-    front: list[Candidate] = []
+    front, least = [], math.inf
     whole = [row for row in rows if row.survived == len(CONDITIONS)]
     for row in sorted(whole, key=lambda row: (row.rms_error, row.roughness)):
-        if not front or row.roughness < front[-1].roughness:  # type: ignore[operator]
+        if row.roughness is not None and row.roughness < least:
+            least = row.roughness
             front.append(row)
     return front
 

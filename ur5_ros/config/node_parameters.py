@@ -36,7 +36,7 @@ class NodeParameters:
         """
         if isinstance(given, cls):
             return given
-        values = complete(cls.declared, given or {})  # type: ignore[arg-type]
+        values = complete(cls.declared, given or {})  # type: ignore[arg-type]  # no record
         return cls(**{field_of(name): value for name, value in values.items()})
 
     def by_name(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from launch import LaunchContext, LaunchDescription  # type: ignore[attr-defined]
+from launch import LaunchContext, LaunchDescription  # type: ignore[attr-defined]  # our folder launch
 from launch.actions import (
     DeclareLaunchArgument,
     OpaqueFunction,

@@ -42,13 +42,12 @@ class Listener:
     def __init__(self) -> None:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self._node = Node('ur5_view', start_parameter_services=False)
-        nothing = lambda message: None  # noqa: E731
         self._states = self._node.create_subscription(
-            JointState, '/joint_states', nothing, _NEWEST)
+            JointState, '/joint_states', _ignore, _NEWEST)
         self._reference = self._node.create_subscription(
-            JointTrajectory, '/ur5_control/reference', nothing, _NEWEST)
+            JointTrajectory, '/ur5_control/reference', _ignore, _NEWEST)
         self._description = self._node.create_subscription(
-            String, '/robot_description', nothing, _LATCHED)
+            String, '/robot_description', _ignore, _LATCHED)
         self._newest_reference = np.full(6, np.nan)
 
     def description(self) -> str | None:
@@ -78,6 +77,10 @@ def _take(subscription):
     with subscription.handle:
         taken = subscription.handle.take_message(subscription.msg_type, False)
     return None if taken is None else taken[0]
+
+
+def _ignore(message: object) -> None:
+    """Do nothing: messages are taken, not handed over."""
 
 
 def _by_name(names, values) -> np.ndarray:

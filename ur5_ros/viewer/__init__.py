@@ -2,6 +2,7 @@
 
 import signal
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,11 +21,9 @@ def view(run: Path | None = None, live: bool = False, port: int = 8080,
     ``run``: run folder; the newest below ``bags/`` if none is given; ``port``: port to serve on;
     the next free one where it is taken, any free one for 0.
     """
-    try:
-        import viser  # noqa: F401
-    except ImportError:
+    if find_spec('viser') is None:
         raise InputError('the viewer needs viser; in the checkout: make setup, or pip install '
-                         "'.[view]'") from None
+                         "'.[view]'")
     if not 0 <= port <= 65535:
         raise InputError(f'--port {port}; ports go from 1 to 65535, 0 takes any that is free')
     if live and run is not None:

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,12 +74,9 @@ def check_new_file(out: Path, kinds: Sequence[str]) -> None:
 
 
 def _require_packages() -> None:
-    try:
-        import imageio_ffmpeg  # noqa: F401
-        import PIL  # noqa: F401
-    except ImportError:
+    if find_spec('imageio_ffmpeg') is None or find_spec('PIL') is None:
         raise InputError('pictures need Pillow and imageio-ffmpeg; in the checkout: '
-                         "make setup, or pip install '.[view]'") from None
+                         "make setup, or pip install '.[view]'")
 
 
 def _rows(t: np.ndarray, rate: float, speed: float) -> np.ndarray:

@@ -37,7 +37,10 @@ class IntegralLaw(Law):
         super().__init__(arm, gains, parameters)
         self._ki = definite_matrix('ki', parameters.ki)
         self._integral = ErrorIntegral(arm.limits.effort)
-        self.reset = self._integral.reset  # type: ignore[method-assign]
+
+    def reset(self) -> None:
+        """Forget the integral."""
+        self._integral.reset()
 
     @classmethod
     def check(cls, gains: Gains, parameters: ControlParameters, arm: ArmParameters,

@@ -101,7 +101,8 @@ class UserLaw(Law):
               control_rate: int) -> None:
         """Refuse what the class itself refuses in a method ``check``; else nothing is known."""
         law = load_law(parameters.law_file)
-        if issubclass(law, Law) and law.check.__func__ is not Law.check.__func__:  # type: ignore
+        if issubclass(law, Law) and next(each for each in law.__mro__
+                                         if 'check' in vars(each)) is not Law:
             with _refusing(parameters.law_file):
                 law.check(gains, parameters, arm, control_rate)
 

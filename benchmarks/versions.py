@@ -1,0 +1,109 @@
+"""
+This version against an older one, side by side: plant, law, loop, model, both nodes, their start.
+
+    python benchmarks/versions.py --old FOLDER
+
+FOLDER is a checkout of the older version with its own ``.venv``.  Each round asks one after the
+other, so that both see the same machine; a ratio is the median over the rounds.  "General way" is
+all that a step or an update checks: version 0.1 had a faster copy of both for periods in which
+nothing else happens, which is left out there; since then there is one way.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+from side_by_side import Row, arguments, interleave, publish, ratio
+
+PROBE = Path(__file__).with_name('version_probe.py')
+HERE = Path(__file__).resolve().parents[1]
+REPEATS = 7
+#: Figures to the ratio that they must keep, where it is not 1.
+BARS = {
+    'step, a command within the limits': 0.6,
+    'step within the node, general way': 0.6,
+    'update, a command within the limits': 0.5,
+    'update within the node, general way': 0.5,
+}
+#: What the scatter of two equal figures is on a quiet machine.
+SCATTER = 1.05
+
+
+def probe(checkout: Path, group: str, scale: float) -> dict[str, float]:
+    """Return a group of figures of a checkout [s]."""
+    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
+        done = subprocess.run(
+            [checkout / '.venv' / 'bin' / 'python', PROBE, group, str(scale)], cwd=folder,
+            capture_output=True, text=True, check=False, env=environment())
+    if done.returncode:
+        raise SystemExit(f'{checkout}: {group}: {done.stderr.strip()}')
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def environment() -> dict[str, str]:
+    """Return the environment, with both nodes on one core, as a quiet machine has them."""
+    return os.environ | {'UR5_ROS_CORE': str(max(os.sched_getaffinity(0)))}
+
+
+def start(checkout: Path, node: str) -> float:
+    """Return the time that a node takes from its start until it ends by itself or waits [s]."""
+    begin = time.perf_counter()
+    command = [checkout / '.venv' / 'bin' / 'python', '-m', f'ur5_ros.nodes.{node}', '--ros-args',
+               '-p', 'bag:=none']
+    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder, subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            env=environment() | {'PYTHONUNBUFFERED': '1', 'ROS_LOG_DIR': folder}) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if 'waiting for' in line:
+                break
+        seconds = time.perf_counter() - begin
+        process.terminate()
+        process.stdout.read()
+    return seconds
+
+
+def measure(checkout: Path, scale: float) -> dict[str, float]:
+    """Return every figure of a checkout [s]."""
+    found = {}
+    for group in ('loops', 'runs', 'model', 'two_nodes'):
+        found |= probe(checkout, group, scale)
+    return found | {f'start of {node}': start(checkout, node)
+                    for node in ('sim_node', 'control_node')}
+
+
+def main() -> None:
+    """Measure and keep the table."""
+    parser = arguments(__doc__, REPEATS)
+    parser.add_argument('--old', type=Path, required=True, metavar='FOLDER',
+                        help='checkout of the older version, with its .venv')
+    options = parser.parse_args()
+    old = options.old.resolve()
+    if not (old / '.venv' / 'bin' / 'python').exists():
+        raise SystemExit(f'{old}: no .venv/bin/python; run make setup-all there')
+    scale, repeats = (0.2, 1) if options.quick else (1.0, options.repeats)
+    measure(old, 0.2), measure(HERE, 0.2)  # compiles, and fills the caches of the disk
+    rounds = interleave({'old': lambda: measure(old, scale), 'new': lambda: measure(HERE, scale)},
+                        repeats)
+    rows = []
+    for name in rounds['new'][0]:
+        pair = {side: [each[name] for each in rounds[side]] for side in rounds}
+        rows.append(Row(name, 'version 0.1', ratio(pair, 'new', 'old'), BARS.get(name, SCATTER),
+                        False, f'{shown(median(pair["new"]))} against '
+                        f'{shown(median(pair["old"]))}'))
+    publish('versions', 'This version beside version 0.1', rows, {'seconds': rounds},
+            keep=not options.quick)
+
+
+def shown(seconds: float) -> str:
+    """Return a time in microseconds or seconds."""
+    return f'{seconds:.2f} s' if seconds > 0.1 else f'{seconds * 1e6:.2f} us'
+
+
+if __name__ == '__main__':
+    sys.exit(main())
