@@ -16,7 +16,8 @@ class EventLog:
 
     def __init__(self, arm: ArmParameters):
         self._fastest = arm.limits.velocity
-        self._watch = LimitWatch()
+        self.limits = LimitWatch()
+        """The joints at a limit in the last period."""
         self._events: list[Event] = []
         self.fallback = ''
         """The fallback that acts, empty while commands do."""
@@ -25,15 +26,10 @@ class EventLog:
         self.counts = {'fallback_periods': 0, 'protective_stops': 0, 'resets': 0}
 
     @property
-    def near_limits(self) -> bool:
-        """Whether a joint was at a limit in the last period."""
-        return not self._watch.quiet
-
-    @property
     def counters(self) -> dict[str, int]:
         """Return how often what happened."""
         return self.counts | {f'limit_{kind}_periods': count
-                              for kind, count in self._watch.periods.items()}
+                              for kind, count in self.limits.periods.items()}
 
     def add(self, stamp: int, kind: str, message: str, /, **values: Any) -> None:
         """Note an event that acts from a state [ns]."""
@@ -70,7 +66,7 @@ class EventLog:
         fast = np.abs(after.qd) > self._fastest
         for kind, mask, stamp in (('effort', clamped, before), ('position', held, before),
                                   ('velocity', fast, after.stamp)):
-            change = self._watch.look(kind, mask, stamp)
+            change = self.limits.look(kind, mask, stamp)
             if change is not None:
                 self._events.append(change)
         if fast.any() and overspeed_stop and not self.stopped:

@@ -145,12 +145,11 @@ class Plant:
         before = self.stamp
         self._count_period()
         self.truth = truth = ArmState(self.stamp, *self.mechanics.state(), effort)
-        if not moved.free or clamped is not NO_JOINTS or self._event_log.near_limits:
-            self._event_log.check_limits(before, truth, clamped, moved.held,
-                                         self.parameters.overspeed_stop)
+        log = self._event_log
+        if not moved.free or clamped is not NO_JOINTS or not log.limits.quiet:
+            log.check_limits(before, truth, clamped, moved.held, self.parameters.overspeed_stop)
         if moved.failure:
-            self._event_log.stop(self.stamp, JOINT_NAMES,
-                                 f'{moved.failure}; the arm was put back at rest')
+            log.stop(self.stamp, JOINT_NAMES, f'{moved.failure}; the arm was put back at rest')
         if self.mechanics.contacts:
             self._check_contacts(before)
         self.state = self._sensor.measure(self.k, truth, gravity)
