@@ -72,7 +72,7 @@ class ControlCycle:
         self._tabled_rate = self.controller_rate
         self._awaits_rate = True
         self._waiting_stamp = 0
-        self._told = False
+        self._logged_wait = False
         self._reported_after = -1
         self._autostart = parameters.autostart
         rate = parameters.monitor_rate
@@ -138,7 +138,7 @@ class ControlCycle:
     def begin_run(self) -> None:
         """Forget the run before: the next state is a first one."""
         self._rate.begin_run(keep_report=self._reported_after == self.stamp)
-        self._awaits_rate, self._told, self._reported_after = True, False, -1
+        self._awaits_rate, self._logged_wait, self._reported_after = True, False, -1
         self._make_controller(self._rate.value or self.controller_rate or DEFAULT_RATE)
         self.stamp = 0
         self._last = b''
@@ -192,8 +192,8 @@ class ControlCycle:
             self._make_controller(rate)
             if rate is not None:
                 self._logger.info(f'{rate} states a second, by the {self._rate.source}')
-        if rate is None and waited >= RATE_TIMEOUT and not self._told:
-            self._told = True
+        if rate is None and waited >= RATE_TIMEOUT and not self._logged_wait:
+            self._logged_wait = True
             self._logger.info('nothing reports the control rate: the arm is held until stamps '
                               'agree; or give control_rate')
         self._awaits_rate = rate is None
