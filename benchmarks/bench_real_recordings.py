@@ -40,7 +40,7 @@ class Source(NamedTuple):
 
 SOURCES = (
     Source('ur5', 'folder of the UR5 logs', '*.csv.gz', 'ur5_controller'),
-    Source('ur10e', 'folder dataset_ur10e', '*.csv', 'ur10e', UR10E_COLUMNS),
+    Source('ur10e', 'folder dataset_ur10e', '*.csv', 'ur10e_controller', UR10E_COLUMNS),
     Source('ur-rtde', 'folder of ur_rtde logs of a UR5e', '*.csv', 'ur5e'),
     Source('ur10', 'folder of the bag ur10_exciting_trajectory.db3', '*.db3', 'ur10'))
 

@@ -68,6 +68,15 @@ def test_identify_refuses_what_is_no_torque_of_the_arm(ur5, tmp_path, spoil, arm
     assert refused.err.count('\n') == 1 and not (tmp_path / 'found.yaml').exists()
 
 
+def test_identify_refuses_velocities_that_are_not_those_of_the_positions(ur5, tmp_path):
+    made = motion()
+    write_bag(tmp_path / 'degrees', {'/joint_states': arm_messages(made.with_(
+        qd=np.degrees(made.qd)))})
+    refused = ur5('identify', 'degrees', '--arm', 'ur5e', '-o', 'found.yaml')
+    assert refused.code == 2 and 'look like degrees a second' in refused.err
+    assert refused.err.count('\n') == 1 and not (tmp_path / 'found.yaml').exists()
+
+
 def test_identify_export_and_compare_report_what_of_a_recording_was_used(ur5, tmp_path):
     made = motion(n=2500)
     q = made.q.copy()

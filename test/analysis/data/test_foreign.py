@@ -652,6 +652,8 @@ def test_without_an_arm_and_torque_the_arms_that_fit_another_meaning_are_named(j
 def test_velocities_in_degrees_are_named_so(judged, made):
     result = judged(arm_messages(made.with_(qd=np.degrees(made.qd))))
     assert 'look like degrees a second' in result.check('kinematics').sentence
+    # the torque of such velocities is that of no arm, so no other arm is named for it
+    assert [cause['kind'] for cause in result.causes] == ['kinematics']
 
 
 @pytest.mark.parametrize('value', [np.inf, -np.inf, 1.7e308, np.nan])

@@ -31,6 +31,11 @@ def causes(run: Run, checks: Sequence[Check], residual_limit: float = 0.0,
         if missing is not None:
             return [missing]
     found: list[dict[str, Any]] = []
+    moved = next((check for check in checks if check.name == 'kinematics'
+                  and check.verdict == FAIL), None)
+    if moved is not None:  # a torque of wrong velocities shows no cause in the plant
+        return [{'kind': 'kinematics', 'sentence': f'{moved.sentence}; torques cannot be judged '
+                 'with such velocities'}]
     meaning = next((check for check in checks if check.name == 'effort'
                     and check.verdict == FAIL), None)
     if meaning is not None:  # figures of another unit show no cause in the plant

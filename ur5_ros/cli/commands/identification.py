@@ -8,7 +8,11 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from ur5_ros.analysis.checks.foreign import effort_check, no_torque_of_arm
+from ur5_ros.analysis.checks.foreign import (
+    effort_check,
+    kinematics_check,
+    no_torque_of_arm,
+)
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.arm_file import write_arm
@@ -69,6 +73,10 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
 def _read(path: Path, given: Mapping[str, Any], load: bool = False) -> Run:
     """Return a run whose effort is joint torque, or what ``--effort`` states; else InputError."""
     run = load_run(path, **given)
+    motion = kinematics_check(run, marks_of()) if run.sim is None else None
+    if motion is not None and motion.verdict == FAIL:
+        raise InputError(f'{run.name}: {motion.sentence}; give a recording whose velocities are '
+                         'those of its positions')
     effort = effort_check(run, marks_of()) if run.sim is None else None
     # a log's target torque that is gravity alone shows a load as it is
     gravity = load and run.follows_reference and effort is not None and (
