@@ -9,6 +9,8 @@ from foreign_recordings import arm_messages, motion, write_bag
 
 from ur5_ros.cli.commands import judge
 from ur5_ros.cli.run import run
+from ur5_ros.config import load_arm
+from ur5_ros.model.dynamics import inverse_dynamics
 
 
 @pytest.fixture(scope='module')
@@ -101,6 +103,23 @@ def test_an_export_takes_the_topic_and_the_prefix(ur5, tmp_path):
     assert ur5('export', 'two', '-o', 'c.csv', '--joint-prefix', 'b_').code == 0
     assert (tmp_path / 'b.csv').read_bytes() == (tmp_path / 'c.csv').read_bytes()
     assert ur5('export', 'two', '-o', 'd.csv', '--joint-prefix', 'x_').code == 2
+
+
+def test_a_joint_that_rests_where_the_result_is_tried_is_named_and_no_nan_is_printed(
+        ur5, tmp_path):
+    made, arm = motion(n=4000), load_arm('ur5e')
+    ending = np.clip((made.t - 5.5) / 0.5, 0.0, 1.0)
+    share = 1.0 - ending**3 * (10.0 - 15.0 * ending + 6.0 * ending**2)
+    q = made.q.copy()
+    q[:, 4] = -1.2 + share * (q[:, 4] + 1.2)
+    qd = np.gradient(q, 0.002, axis=0)
+    effort = inverse_dynamics(q, qd, np.gradient(qd, 0.002, axis=0), arm) + 0.5 * np.sign(qd)
+    write_bag(tmp_path / 'rests', {'/joint_states': arm_messages(
+        made.with_(q=q, qd=qd, effort=effort))})
+    done = ur5('identify', 'rests', '--arm', 'ur5e', '-o', 'found.yaml')
+    assert done.code == 0, done.err
+    assert 'in every joint but wrist_2_joint, which move too little there' in done.out
+    assert 'nan' not in done.out and 'nan' not in (tmp_path / 'found.yaml').read_text()
 
 
 def test_identify_of_less_than_a_second_names_what_it_does_not_tell(ur5, tmp_path):

@@ -15,6 +15,7 @@ from ur5_ros.analysis.identification.friction.families import (
     choose_family,
     folds_of,
 )
+from ur5_ros.analysis.identification.words import or_dash
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 
@@ -140,7 +141,7 @@ def with_motors(arm: ArmParameters, motors: Motors | None, run: Run) -> ArmParam
 
 
 def _plain(values: np.ndarray) -> str:
-    return ', '.join('-' if np.isnan(each) else f'{each:.3g}' for each in values)
+    return ', '.join(or_dash(each) for each in values)
 
 
 def _listed(value: np.ndarray, error: np.ndarray) -> str:

@@ -8,6 +8,7 @@ from ur5_ros.analysis.identification.friction.families import Family
 from ur5_ros.analysis.identification.motors import Motors
 from ur5_ros.analysis.identification.payload import PayloadEstimate
 from ur5_ros.analysis.identification.prediction import Prediction
+from ur5_ros.analysis.identification.words import or_dash
 from ur5_ros.analysis.result import plain
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
@@ -107,13 +108,7 @@ class Identified(NamedTuple):
             words.append('not excited by this motion, left as in the arm that the fit began '
                          f'with: {", ".join(self.not_excited)}; record the experiment exciting, '
                          'or one made by ur5 excite')
-        share = self.test.error_rms / np.where(self.test.torque_rms > 0.0, self.test.torque_rms,
-                                               np.inf)
-        worst = int(np.argmax(share))
-        words.append(f'torque predicted on {self.test.run} within '
-                     f'{100 * share[worst]:.2g} % of its RMS in every joint (worst: '
-                     f'{JOINT_NAMES[worst]})')
-        words += self._families()
+        words += [self._predicted(), *self._families()]
         if self.moved > 3.0:
             words.append(f'the fit itself is no physical arm; the one written is {self.moved:.2g} '
                          f'standard errors away, and predicts {self.test.run} within '
@@ -122,6 +117,19 @@ class Identified(NamedTuple):
         words += [*self.motors.sentences(), *self._of_drives()] if self.motors else []
         words += [self.payload.sentence()] if self.payload else []
         return [*words, self._gate()]
+
+    def _predicted(self) -> str:
+        """Return how well the test run is predicted, and which joints it does not tell about."""
+        share = self.test.error_rms / np.where(self.test.torque_rms > 0.0, self.test.torque_rms,
+                                               np.inf)
+        known = np.isfinite(share)
+        still = ', '.join(name for name, each in zip(JOINT_NAMES, known, strict=True) if not each)
+        but = f' but {still}, which move too little there' if still else ''
+        if not known.any():
+            return f'no joint moves enough in {self.test.run} for its torque to be predicted'
+        worst = int(np.nanargmax(share))
+        return (f'torque predicted on {self.test.run} within {100 * share[worst]:.2g} % of its '
+                f'RMS in every joint{but} (worst: {JOINT_NAMES[worst]})')
 
     def _gate(self) -> str:
         return (f'the arm follows a motion of 10 s under its own computed torque within '
@@ -147,7 +155,7 @@ class Identified(NamedTuple):
 
 
 def _list(values: np.ndarray, digits: int = 2) -> str:
-    return ', '.join(f'{value:.{digits}g}' for value in values)
+    return ', '.join(or_dash(value, digits) for value in values)
 
 
 def _joints(value: np.ndarray, error: np.ndarray) -> dict[str, dict[str, float]]:

@@ -18,16 +18,18 @@ def with_error(value: float, error: float) -> str:
     Returns
     -------
     str
-        Such as ``2.001 +- 0.002``; ``0`` for what is rounding.
+        Such as ``2.001 +- 0.002``; ``0`` for what is rounding, ``-`` for what is not known.
 
     Examples
     --------
-    >>> with_error(2.00123, 0.0016), with_error(-6.5e-05, 5e-5), with_error(3e-16, 1e-17)
+    >>> with_error(2.00123, 0.0016), with_error(-6.7e-05, 5e-5), with_error(3e-16, 1e-17)
     ('2.001 +- 0.002', '-0.00007 +- 0.00005', '0')
     >>> with_error(5.64507, 4.7e-14)
     '5.645'
 
     """
+    if not math.isfinite(value):
+        return '-'
     if abs(value) < ROUNDING:
         return '0'
     if not math.isfinite(error) or abs(error) < 1e-6 * abs(value):
@@ -36,6 +38,11 @@ def with_error(value: float, error: float) -> str:
     if places > 6:
         return f'{value:.2g} +- {error:.1g}'
     return f'{value:.{max(places, 0)}f} +- {error:.{max(places, 0)}f}'
+
+
+def or_dash(value: float, digits: int = 3) -> str:
+    """Return a number, ``-`` where it is not known."""
+    return f'{value:.{digits}g}' if math.isfinite(value) else '-'
 
 
 def unit_of(parameter: str) -> str:

@@ -22,7 +22,7 @@ from ur5_ros.analysis.identification.exciting.files import refuse_existing, writ
 from ur5_ros.analysis.identification.exciting.trial import trial_errors
 from ur5_ros.analysis.identification.identify import Identified, identify_payload
 from ur5_ros.analysis.identification.identify import identify as fit
-from ur5_ros.analysis.identification.words import unit_of, with_error
+from ur5_ros.analysis.identification.words import or_dash, unit_of, with_error
 from ur5_ros.analysis.report.palette import SHORT_NAMES
 from ur5_ros.analysis.result import FAIL
 from ur5_ros.cli import terminal
@@ -162,7 +162,7 @@ def _show(found: Identified, used: Sequence[Run]) -> None:
     for i, name in enumerate(SHORT_NAMES):
         joints.add_row(name, with_error(found.viscous[i], found.viscous_error[i]),
                        with_error(found.coulomb[i], found.coulomb_error[i]),
-                       *(f'{column[i]:.3g}' for column in (
+                       *(or_dash(column[i]) for column in (
                            found.torque_rms, found.test_rms, found.test_max)))
     screen.print(joints)
     for sentence in found.sentences():

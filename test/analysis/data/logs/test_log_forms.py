@@ -264,3 +264,15 @@ def test_a_payload_that_none_can_be_is_left_out_and_said(tmp_path, value, says):
     sentences = '; '.join(import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5e'))
     assert says in sentences and 'its six' not in sentences
     assert load_run(tmp_path / 'run').required_control.arm.payload.mass == 0.0
+
+
+def test_a_few_angles_that_no_joint_has_are_dropped_and_many_are_another_unit(tmp_path):
+    far = Q.copy()
+    far[[30, 70], [0, 3]] = [253.0, -1e3]
+    found = read(tmp_path, lines(q=far))
+    assert found.remarks == ['2 rows of 120 hold an angle further than any joint turns: dropped '
+                             '(first: line 32)']
+    np.testing.assert_allclose(found.values['q'], np.delete(Q, [30, 70], axis=0), atol=1e-8)
+    far[:10, 1] = 90.0
+    with pytest.raises(InputError, match='and so are 12 rows of 120; if these are degrees'):
+        read(tmp_path, lines(q=far))

@@ -19,6 +19,9 @@ LEAST_SHARE = 0.5
 #: A joint turns no further than this [rad]; wrist 3 of some arms does.
 FURTHEST, MAY_TURN = 13.0, 5
 
+#: Share of the rows up to which such angles are glitches, not another unit.
+FEW = 0.02
+
 
 class LogTable(NamedTuple):
     """The rows of a log that count."""
@@ -125,8 +128,10 @@ def _countable(log: Path, table: np.ndarray, lines: np.ndarray, broken: np.ndarr
                          f'{" (" + "; ".join(remarks) + ")" if remarks else ""}; at least two '
                          'whole rows, and half of all, are needed')
     values = _values(table, found)
+    far = _beyond_turning(log, values['q'], lines)
+    _remark(remarks, lines[far], total, 'hold an angle further than any joint turns')
+    values, lines = {name: each[~far] for name, each in values.items()}, lines[~far]
     t = seconds_of(values.pop('time')[:, 0], values, 'time' in found.factors, remarks)
-    _refuse_degrees(log, values['q'], lines)
     dropped = np.setdiff1d(every, np.concatenate([lines, others]))
     dropped = dropped[(dropped > lines.min()) & (dropped < lines.max())]
     ascending = np.argsort(lines)
@@ -161,15 +166,18 @@ def _values(table: np.ndarray, found: LogColumns) -> dict[str, np.ndarray]:
     return values
 
 
-def _refuse_degrees(log: Path, q: np.ndarray, lines: np.ndarray) -> None:
-    """Refuse positions that no joint has: InputError by row and value."""
+def _beyond_turning(log: Path, q: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    """Return the few rows with positions that no joint has; InputError for many: other units."""
     far = np.abs(q[:, :MAY_TURN])
-    row, joint = np.unravel_index(int(np.argmax(far)), far.shape)
-    if far[row, joint] > FURTHEST:
+    beyond = (far > FURTHEST).any(axis=1)
+    if beyond.mean() > FEW or len(q) - beyond.sum() < 2:
+        row, joint = np.unravel_index(int(np.argmax(far)), far.shape)
         raise InputError(
             f'{log}: line {lines[row]}: joint {joint + 1} is at {q[row, joint]:.6g} rad, further '
-            f'than any of the family turns ({FURTHEST:g} rad); if these are degrees, name the '
-            'columns so, as actual_q_0 [deg], there or by --columns')
+            f'than any of the family turns ({FURTHEST:g} rad), and so are {beyond.sum()} rows of '
+            f'{len(q)}; if these are degrees, name the columns so, as actual_q_0 [deg], there or '
+            'by --columns')
+    return beyond
 
 
 def _remark(remarks: list[str], lines: np.ndarray, total: int, why: str,
