@@ -16,7 +16,10 @@ from websockets.sync.client import connect
 OPTIONS = ('--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run',
            '--disable-background-networking', '--disable-component-update', '--disable-sync',
            '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-           '--hide-scrollbars', '--remote-debugging-port=0', '--remote-allow-origins=*')
+           '--hide-scrollbars',  # and a mouse, as a desk has
+           '--blink-settings=primaryHoverType=2,availableHoverTypes=2,'
+           'primaryPointerType=4,availablePointerTypes=4',
+           '--remote-debugging-port=0', '--remote-allow-origins=*')
 
 #: Seconds to wait for an answer: a scene drawn in software on a busy machine takes its time.
 DESCRIPTION_TIMEOUT = 240.0

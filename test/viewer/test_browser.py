@@ -1,12 +1,14 @@
 """The viewer in a real browser: what it shows, at which width, by which key."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from ur5_ros.analysis.data.run import RecordedEvent
 from ur5_ros.viewer.recorded import RecordedView
 
 pytestmark = pytest.mark.browser
@@ -56,6 +58,83 @@ def panel(browser) -> list[float]:
         "node = node.parentElement;"
         "const box = node.getBoundingClientRect();"
         "return [box.left, box.top, box.right, box.bottom]; })()")
+
+
+@pytest.fixture(scope='module')
+def loaded(run):
+    """The page of a run with a payload from 2 s and viscous friction from 4 s on."""
+    events = tuple(RecordedEvent(int(run.stamp[0]) + int(t * 1e9), 'parameter', '',
+                                 {'name': name, 'value': value})
+                   for t, name, value in ((2.0, 'payload.mass', 1.5),
+                                          (4.0, 'friction.viscous', [2.0] * 6)))
+    view = RecordedView(replace(run, events=events), 18320)
+    yield view
+    view.page.close()
+
+
+def chart(browser, number: int) -> list[float]:
+    """Return left, top, width and height of the drawing area of a chart [pixels]."""
+    return browser.evaluate(
+        f"(() => {{ const over = document.querySelectorAll('.u-over')[{number}];"
+        "over.scrollIntoView({block: 'center'}); const box = over.getBoundingClientRect();"
+        "return [box.left, box.top, box.width, box.height]; })()")
+
+
+def column(picture: np.ndarray, box: list[float], share: float) -> int:
+    """Return how many grey pixels stand above each other at a share of a chart's width."""
+    left, top, wide, high = box
+    x, y = round(left + share * wide), round(top)
+    cut = picture[y:y + round(high), x - 2:x + 3]
+    grey = (np.ptp(cut, axis=-1) < 30) & (np.abs(cut.mean(axis=-1) - 136) < 60)
+    return int(grey.sum(axis=0).max())
+
+
+@pytest.mark.parametrize('size', [WIDE, NARROW], ids=['wide', 'narrow'])
+def test_each_chart_has_a_numbered_line_where_something_was_added_to_the_plant(
+        browser, loaded, size, tmp_path):
+    shown(browser, loaded, size, loaded.page_times[5], tmp_path)
+    words = browser.evaluate('document.body.innerText')
+    assert 'from 2 s: payload.mass 1.5' in words and 'from 4 s: friction.viscous 2' in words
+    for number in range(3):
+        box = chart(browser, number)
+        time.sleep(1.0)
+        picture = np.asarray(Image.open(browser.photograph(tmp_path / 'chart.png')).convert(
+            'RGB')).astype(int)
+        end = loaded.page_times[-1]
+        lines = [column(picture, box, t / end) for t in (2.0, 3.1, 4.0)]
+        assert min(lines[0], lines[2]) > 0.25 * box[3] > 2 * lines[1], (number, lines)
+    assert not browser.console
+
+
+def test_the_pointer_shows_values_and_a_joint_is_hidden_in_every_chart_by_keys(browser, loaded,
+                                                                               tmp_path):
+    shown(browser, loaded, WIDE, loaded.page_times[5], tmp_path)
+    left, top, wide, high = chart(browser, 0)
+    browser.ask('Input.dispatchMouseEvent', type='mouseMoved', x=left + wide / 2,
+                y=top + high / 2)
+    legend = browser.wait(
+        "(() => { const values = Object.fromEntries([...document.querySelector('.u-legend')"
+        ".querySelectorAll('.u-series')].map((each) => [each.querySelector('.u-label').innerText,"
+        "each.querySelector('.u-value').innerText])); return values.elbow !== '--' && values;"
+        "})()")
+    t, torque = (float(legend[name].replace('\u2212', '-')) for name in ('t [s]', 'elbow'))
+    row = loaded.track.row(t)
+    assert t == pytest.approx(loaded.page_times[-1] / 2, abs=0.2)
+    assert torque == pytest.approx(loaded.track.effort[row, 2], abs=0.1)
+    hidden = ("[...document.querySelectorAll('.u-legend')].map((legend) => [...legend"
+              ".querySelectorAll('.u-series.u-off .u-label')].map((each) => each.innerText)"
+              ".join())")
+    assert browser.evaluate(hidden) == ['', '', '']
+    for _ in range(40):
+        browser.key('Tab', 9)
+        if browser.evaluate("document.activeElement.type === 'checkbox'"):
+            break
+    browser.key(' ', 32, 'Space')
+    until(lambda: [each.value for each in loaded.page.curves.joints] == [False] + [True] * 5)
+    browser.wait(f"JSON.stringify({hidden}) === JSON.stringify(['pan', 'pan', ''])")
+    browser.key(' ', 32, 'Space')
+    browser.wait(f"JSON.stringify({hidden}) === JSON.stringify(['', '', ''])")
+    assert not browser.console
 
 
 @pytest.mark.parametrize('dark', [False, True], ids=['light', 'dark'])

@@ -80,6 +80,21 @@ DRAWN = """Object.fromEntries(['pan', 'elbow'].map((name) => [name, [...document
   && each.name.split(',')[0] === name).length]))"""
 
 
+def test_the_tools_of_a_figure_are_seen_under_the_pointer_only(browser, report):
+    opened(browser, report)
+    seen = "getComputedStyle(document.querySelector('#plot-torque .modebar-group')).opacity"
+    assert browser.evaluate(seen) == '0'
+    x, y = browser.evaluate("(() => { const box = document.getElementById('plot-torque');"
+                            "box.scrollIntoView({block: 'center'});"
+                            "const place = box.getBoundingClientRect();"
+                            "return [place.left + 200, place.top + 100]; })()")
+    browser.ask('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
+    browser.wait(f"{seen} === '1'")
+    names = browser.evaluate("[...document.querySelectorAll('.modebar-btn')].map((each) => "
+                             "each.getAttribute('data-title')).join()")
+    assert 'cloud' not in names.lower() and 'share' not in names.lower()
+
+
 def test_the_pointer_shows_joint_value_and_units(browser, report):
     opened(browser, report)
     x, y, t, value = browser.evaluate(POINT)

@@ -10,6 +10,8 @@ from xml.etree import ElementTree
 JSON_VERSION = 1
 
 PASS, FAIL, NOT_APPLICABLE = 'pass', 'fail', 'not applicable'
+#: Units of a screen, and so many of them in one of the document.
+_SCREEN_UNITS = {'m': ('mm', 1e3), 'rad': ('mrad', 1e3), '1': ('', 1.0)}
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,13 @@ class Check:
     """Unit of value and limit."""
     details: dict[str, Any] = field(default_factory=dict)
     """More numbers: plain dicts, lists, texts and numbers."""
+
+    def on_screen(self) -> tuple[float | None, float | None, str]:
+        """Return value, limit and unit as a screen shows them: lengths in mm, angles in mrad."""
+        unit, scale = _SCREEN_UNITS.get(self.unit, (self.unit, 1.0))
+        value, limit = (None if number is None else scale * number
+                        for number in (self.value, self.limit))
+        return value, limit, unit
 
 
 def judge(name: str, value: float, limit: float, unit: str, sentence: str, **details) -> Check:

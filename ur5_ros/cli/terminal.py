@@ -62,8 +62,9 @@ def show_result(out: Console, result: Result) -> None:
     table.add_column('limit', justify='right', no_wrap=True)
     table.add_column('unit', no_wrap=True)
     for check in result.checks:
-        table.add_row(check.name, Text(check.verdict, _COLOUR[check.verdict]),
-                      number(check.value), number(check.limit), check.unit)
+        value, limit, unit = check.on_screen()
+        table.add_row(check.name, Text(check.verdict, _COLOUR[check.verdict]), number(value),
+                      number(limit), unit)
     out.print(table)
     for remark in result.about.get('remarks', ()):
         show_text(out, f'note: {remark}')

@@ -94,15 +94,15 @@ class Curves:
 
     def __init__(self, server: viser.ViserServer, track: Track,
                  injected: Sequence[Injection] = ()):
-        with server.gui.add_folder('Joints', expand_by_default=False):
-            self.joints = [server.gui.add_checkbox(name, True) for name in SHORT_NAMES]
-        for joint in self.joints:
-            joint.on_update(lambda _: self._select())
         instants = sorted({each.t for each in injected})
         if injected:
             server.gui.add_markdown(_injected_list(instants, injected))
         self._charts = [Curve(server, title, names, track.t, values, instants)
                         for (title, names), values in zip(_CHARTS, _values(track), strict=True)]
+        with server.gui.add_folder('Joints'):
+            self.joints = [server.gui.add_checkbox(name, True) for name in SHORT_NAMES]
+        for joint in self.joints:
+            joint.on_update(lambda _: self._select())
 
     def _select(self) -> None:
         shown = [joint.value for joint in self.joints]

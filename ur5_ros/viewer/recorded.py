@@ -28,12 +28,12 @@ class RecordedView:
 
     def __init__(self, run: Run, port: int = 8080):
         tree = tree_of(arm_of(run), run.sim.world if run.sim else None)
-        self._track = track(run, tree)
-        self.page = Page(tree, self._track, f'ur5 {run.name}', port, injections(run)[:MARKS])
-        self.page.arm.path('measured', self._track.tool, MEASURED)
-        self.page.arm.path('reference', self._track.tool_reference, REFERENCE)
+        self.track = track(run, tree)
+        self.page = Page(tree, self.track, f'ur5 {run.name}', port, injections(run)[:MARKS])
+        self.page.arm.path('measured', self.track.tool, MEASURED)
+        self.page.arm.path('reference', self.track.tool_reference, REFERENCE)
         self.world = WorldScene(self.page.server, run)
-        end = float(self._track.t[-1])
+        end = float(self.track.t[-1])
         gui = self.page.server.gui
         with self.page.controls:
             self.time: Any = gui.add_slider('t [s]', 0.0, end, step=_step(end), initial_value=0.0)
@@ -52,7 +52,7 @@ class RecordedView:
     @property
     def page_times(self) -> list[float]:
         """Return the times of the rows [s]."""
-        return self._track.t.tolist()
+        return self.track.t.tolist()
 
     def serve(self) -> None:
         """Move the timeline while it plays, until interrupted."""
@@ -72,7 +72,7 @@ class RecordedView:
         """Move the timeline by wall-clock seconds if it plays."""
         if not self._playing:
             return
-        end = float(self._track.t[-1])
+        end = float(self.track.t[-1])
         t = self.time.value + seconds * float(self.speed.value)
         self.time.value = min(t, end)
         if t >= end:
@@ -81,13 +81,13 @@ class RecordedView:
     def play_or_pause(self) -> None:
         """Start or stop the timeline; at its end, start again from the beginning."""
         self._playing = not self._playing
-        if self._playing and self.time.value >= float(self._track.t[-1]) - 1e-9:
+        if self._playing and self.time.value >= float(self.track.t[-1]) - 1e-9:
             self.time.value = 0.0
         self.play.label = 'Pause' if self._playing else 'Play'
 
     def _show(self) -> None:
         with self._lock:
-            self.page.show(self._track, self._track.row(self.time.value))
+            self.page.show(self.track, self.track.row(self.time.value))
             self.world.show(self.time.value)
 
 

@@ -86,8 +86,9 @@ def timing_check(run: Run, marks: Marks) -> Check:
                'largest_step_s': float(steps.max(initial=0)) * 1e-9, **latency(run)}
     late = f'; the stamps jitter by {jitter * 1e3:.3g} ms RMS' if jitter > 1e-6 else ''
     if 'latency_p50_s' in details:
-        late += ('; state to command {latency_p50_s:.3g} s (p50), {latency_p99_s:.3g} s (p99), '
-                 '{latency_max_s:.3g} s (max) of wall clock').format(**details)
+        p50, p99, most = (1e3 * details[f'latency_{each}_s'] for each in ('p50', 'p99', 'max'))
+        late += (f'; state to command {p50:.3g} ms (p50), {p99:.3g} ms (p99), {most:.3g} ms (max) '
+                 'of wall clock')
     if back:
         return Check('timing', FAIL, f'{back} stamps go back{late}', float(back), 0.0, 'stamps',
                      details)

@@ -210,17 +210,18 @@ def _contact_figures(series) -> list[Figure]:
     run, (estimate, recorded) = series['run'], series['observer']
     traces = _paired(run.t, recorded, estimate, 'estimated')
     return [Figure('contact', 'Torque of contact', 'Joint torque of all contacts as it was '
-                   'recorded, and as the momentum observer estimates it from motion and motor '
-                   'torque; both through the same filter.', traces, 'torque [N m]', wide=True)]
+                   'recorded (line), and as the momentum observer estimates it from motion and '
+                   'motor torque (dots); both through the same filter.', traces, 'torque [N m]',
+                   wide=True)]
 
 
 def _external_torque_figures(series) -> list[Figure]:
     run, (estimate, marks) = series['run'], series['external_torque']
     traces = _paired(run.t, estimate, marks, 'mark')
     return [Figure('contact', 'External torque', 'What a momentum observer finds beside motors, '
-                   'model and friction, and the mark of each joint above which a contact is '
-                   'likely: what friction may hold at rest and a multiple of what the model '
-                   'leaves unexplained.', traces, 'torque [N m]', wide=True)]
+                   'model and friction (line), and the mark of each joint above which a contact '
+                   'is likely (dots): what friction may hold at rest and a multiple of what the '
+                   'model leaves unexplained.', traces, 'torque [N m]', wide=True)]
 
 
 def _paired(t: np.ndarray, values: np.ndarray, others: np.ndarray,

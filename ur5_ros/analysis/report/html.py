@@ -126,7 +126,8 @@ def _checks(result: Result) -> str:
 
 
 def _row(check: Check) -> str:
-    value, limit = _number(check.value, check.unit), _number(check.limit, check.unit)
+    number, mark, unit = check.on_screen()
+    value, limit = _number(number, unit), _number(mark, unit)
     return (f'<tr><td>{_text(check.name)}</td>'
             f'<td class="pill {_text(check.verdict.replace(" ", "-"))}">{_text(check.verdict)}'
             f'</td><td class="number" data-label="value">{value}</td>'
@@ -137,7 +138,7 @@ def _row(check: Check) -> str:
 def _number(value: float | None, unit: str) -> str:
     if value is None:
         return '&ndash;'
-    return _text(f'{value:.3g} {"" if unit == "1" else unit}'.strip())
+    return _text(f'{value:.3g} {unit}'.strip())
 
 
 def figure_section(title: str, plots: list[Figure]) -> str:

@@ -73,6 +73,8 @@ SCRIPT = """
 'use strict';
 const {figures, marks, joints} = JSON.parse(document.getElementById('figures').textContent);
 const hidden = new Set();
+// where nothing hovers (a phone) the tools would stay
+const tools = matchMedia('(hover: none)').matches ? false : 'hover';
 // the joint of a curve: its name up to a comma
 function jointOf(trace) {
   const name = (trace.name || '').split(',')[0];
@@ -81,6 +83,11 @@ function jointOf(trace) {
 function unitOf(title) { return (/\\[([^\\],]+)\\]/.exec(title || '') || ['', ''])[1]; }
 function curve(trace, figure) {
   const shown = {visible: hidden.has(jointOf(trace)) ? 'legendonly' : true};
+  // "elbow, reference" is the dotted line beside "elbow": the caption says so
+  const base = (trace.name || '').split(', ')[0];
+  if (base !== trace.name && figure.traces.some((each) => each.name === base)) {
+    shown.showlegend = false;
+  }
   if (trace.type === 'scatter' && !trace.hovertemplate && unitOf(figure.x)) {
     const unit = unitOf(trace.name) || unitOf(figure.y);
     const name = text((trace.name || '').replace(/ \\[.*\\]/, ''));
@@ -127,7 +134,7 @@ function draw() {
   for (const figure of figures) {
     const box = document.getElementById('plot-' + figure.key);
     Plotly.react(box, figure.traces.map((trace) => curve(trace, figure)), look(figure, box),
-      {displaylogo: false, displayModeBar: 'hover', showSendToCloud: false,
+      {displaylogo: false, displayModeBar: tools, showSendToCloud: false,
         modeBarButtonsToRemove: ['lasso2d', 'select2d']});
   }
 }
