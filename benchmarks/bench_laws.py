@@ -6,8 +6,9 @@ import time
 from side_by_side import Row, arguments, interleave, publish, ratio
 
 from ur5_ros.bench.entries import load_entries
+from ur5_ros.bench.jobs import run_jobs
 from ur5_ros.bench.perturbations import PERTURBATIONS, QUICK
-from ur5_ros.bench.runs import Job, jobs_of, run_jobs
+from ur5_ros.bench.runs import Job, jobs_of
 
 REPEATS = 1
 #: Seeds of the whole bench, and of its runs that are measured on one worker and on two.

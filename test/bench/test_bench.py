@@ -1,16 +1,23 @@
 """The bench treats all laws alike, finds what they survive, and says what is wrong with a file."""
 
+import contextlib
+import os
+import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import polars
 import pytest
 from law_files import LAW
 from numpy.testing import assert_allclose
+from ros_processes import wait_until
 
+from ur5_ros.bench import limited_job
 from ur5_ros.bench.entries import LAWS, Candidate, Tuned, entry_of, load_bench, load_entries
+from ur5_ros.bench.jobs import do_jobs
 from ur5_ros.bench.perturbations import ACCURATE, PERTURBATIONS, SURVIVES, conditions_of
 from ur5_ros.bench.probe import probed_entry
 from ur5_ros.bench.report import write_report
@@ -19,7 +26,6 @@ from ur5_ros.bench.runs import (
     Job,
     border_conditions,
     borders_of,
-    do_jobs,
     jobs_of,
     row_of,
     run_of,
@@ -31,6 +37,19 @@ from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.run_config import run_config
 
+#: A law that counts its calls and lets the arm hang.
+COUNTING = """
+from ur5_ros import dynamics_terms
+
+class Law:
+    def __init__(self, arm, gains, parameters):
+        self.arm, self.calls = arm, 0
+
+    def __call__(self, state, reference, dt):
+        self.calls += 1
+        {body}
+        return dynamics_terms(state.q + self.arm.angle_offset, state.qd, self.arm)[2]
+"""
 RIGHT = """M, C, g = dynamics_terms(state.q + self.arm.angle_offset, state.qd, self.arm)
         a = (reference.qdd - self.gains.kd @ (state.qd - reference.qd)
              - self.gains.kp @ (state.q - reference.q))
@@ -164,6 +183,29 @@ def test_a_file_whose_import_is_wrong_is_refused_in_one_line_by_its_own_process(
     assert '\n' not in str(refusal.value) and 'my_law.py' in str(refusal.value)
 
 
+@pytest.mark.parametrize(('body', 'words'), [
+    ('while self.calls > 300: pass', 'too late: no result after 5 s'),
+    ('if self.calls > 300: import os; os.abort()', r'ended by signal 6 \(SIGABRT\)'),
+    ('if self.calls > 300: self.kept = bytearray(2**30)', 'MemoryError|512 MB'),
+])
+def test_a_law_that_breaks_in_the_middle_of_a_run_is_a_row_and_harms_no_other(
+        tmp_path, body, words):
+    text = COUNTING.format(body=body)
+    mine = probed_entry(law_file(tmp_path, text))._replace(timeout=5.0)
+    rows = do_jobs([(0, Job(mine, 'payload', 0)), (1, Job(entry('pd'), 'payload', 0))])
+    assert not rows[0]['survived'] and re.search(words, rows[0]['why'])
+    assert rows[0]['rms_error'] is None and rows[0]['law'] == 'my_law.py'
+    assert rows[1]['survived'] and rows[1]['why'] == ''
+
+
+def test_a_law_that_never_ends_survives_no_payload_and_no_delay(tmp_path, monkeypatch):
+    monkeypatch.setattr(limited_job, 'RUNS_OF_A_SEARCH', 1)
+    mine = probed_entry(law_file(tmp_path, COUNTING.format(body='while self.calls > 300: pass')))
+    row = do_jobs([(0, Job(mine._replace(timeout=4.0), 'delay', 0, True))])[0]
+    assert not row['survived'] and row['why'].startswith('too late') and row['largest'] is None
+    assert border_text({'delay': row['largest']}, 'delay') == '-'
+
+
 def test_a_law_that_loses_the_arm_is_a_row_and_no_crash():
     row = do_jobs([(4, Job(entry('pd')._replace(control={'mode': 'pd', 'kp': [0.1], 'kd': [0.1]}),
                            'payload', 0))])[0]
@@ -194,21 +236,55 @@ def test_what_the_search_writes_is_what_the_bench_reads_and_draws(tmp_path):
     assert 'plot-pareto' in (tmp_path / 'report.html').read_text(encoding='utf-8')
 
 
-def test_the_command_makes_table_and_report_in_a_minute(tmp_path):
+def test_the_command_makes_table_and_report_in_a_minute_whatever_a_law_of_a_file_does(tmp_path):
     began = time.monotonic()
+    endless = law_file(tmp_path, COUNTING.format(body='while self.calls > 300: pass'))
     done = subprocess.run(
         [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench', '--quick',
-         '--out', str(tmp_path / 'bench')], capture_output=True, text=True, timeout=400,
-        check=False)
+         '--law', str(endless), '--law-timeout', '8', '--out', str(tmp_path / 'bench')],
+        capture_output=True, text=True, timeout=400, check=False)
     assert done.returncode == 0, done.stderr
+    assert 'my_law.py: too late: no result after 8 s; an endless loop? (2 of' in done.stdout
     table = polars.read_parquet(tmp_path / 'bench/table.parquet')
+    mine = table.filter(polars.col('law') == 'my_law.py')
+    assert mine['survived'].to_list() == [False, False]
+    table = table.filter(polars.col('law') != 'my_law.py')
     assert len(table) == len(jobs_of(load_entries(), ('payload', 'delay'), 1, survival=False))
     assert len(table) == 2 * len(LAWS)
+    assert table['survived'].all()
     assert summary(table.to_dicts())['law'].to_list() == list(LAWS)
     page = (tmp_path / 'bench/report.html').read_text(encoding='utf-8')
     assert 'plot-laws' in page
     assert '| cartesian_impedance |' in (tmp_path / 'bench/summary.md').read_text('utf-8')
     print(f'{time.monotonic() - began:.0f} s')
+
+
+def test_a_bench_that_is_asked_to_end_leaves_no_process_and_no_file(tmp_path):
+    scratch = tmp_path / 'scratch'
+    scratch.mkdir()
+    command = subprocess.Popen(
+        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench',
+         '--out', str(tmp_path / 'bench')], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        text=True, env={**os.environ, 'TMPDIR': str(scratch)})
+    try:
+        wait_until(lambda: list(scratch.glob('ur5-sweep-*/*/*')), 'the workers')
+        command.terminate()
+        assert command.wait(60.0) == 130
+    finally:
+        command.kill()
+    assert 'interrupted' in command.stderr.read()
+    assert list(scratch.iterdir()) == []
+    wait_until(lambda: not processes_with(f'TMPDIR={scratch}'), 'the end of the workers')
+
+
+def processes_with(variable):
+    """Return the processes whose environment holds a variable."""
+    found = []
+    for path in Path('/proc').glob('[0-9]*/environ'):
+        with contextlib.suppress(OSError):  # it may end meanwhile
+            if variable.encode() in path.read_bytes().split(b'\0'):
+                found.append(path.parent.name)
+    return found
 
 
 @pytest.mark.parametrize(('arguments', 'words'), [

@@ -22,6 +22,8 @@ class Entry(NamedTuple):
     name: str
     control: dict[str, Any]
     """Parameters of the controller."""
+    timeout: float = 0.0
+    """Wall-clock time of a run, which has a process of its own [s]; 0 = it has none."""
 
 
 class Tuned(Record, frozen=True):

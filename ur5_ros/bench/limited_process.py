@@ -7,12 +7,16 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, NoReturn
 
+from ur5_ros.launcher.signals import end_with_parent
+
 #: Memory beyond what the package itself takes, and length of a file that is written [bytes].
 MEMORY, FILE_SIZE = 512 * 2**20, 64 * 2**20
+TOO_MUCH = 'more than 512 MB of memory'
 #: How much of what the process printed last is looked at [bytes].
 _TAIL = 16_384
 
@@ -24,6 +28,8 @@ class Outcome(NamedTuple):
     """What it wrote; None if it did not come to that."""
     why: str
     """In one line why there is no result; empty if there is one."""
+    late: bool = False
+    """Whether its time was over."""
 
 
 def run_limited(module: str, arguments: list[str], seconds: float,
@@ -31,7 +37,7 @@ def run_limited(module: str, arguments: list[str], seconds: float,
     """
     Run a module of the package as ``python -P -m MODULE RESULT_FILE ARGUMENTS``.
 
-    What it prints is kept off the screen; what it starts ends with it.
+    What it prints is kept off the screen; what it starts ends with it, and it with this process.
 
     ``folder``: where it works; a folder that goes with it if not given.
     """
@@ -45,11 +51,12 @@ def run_limited(module: str, arguments: list[str], seconds: float,
             process = subprocess.Popen(
                 [sys.executable, '-P', '-m', module, str(file), *arguments],
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=sink,
-                start_new_session=True, cwd=folder or work, env={**os.environ, **quiet})
+                start_new_session=True, preexec_fn=partial(end_with_parent, signal.SIGKILL),
+                cwd=folder or work, env={**os.environ, **quiet})
         try:
             process.wait(timeout=seconds)
         except subprocess.TimeoutExpired:
-            return Outcome(None, f'no result after {seconds:g} s; an endless loop?')
+            return Outcome(None, f'no result after {seconds:g} s; an endless loop?', late=True)
         finally:
             _end(process)
         if file.is_file():

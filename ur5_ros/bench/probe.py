@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.bench.entries import Entry, user_entry
-from ur5_ros.bench.limited_process import end_with, limit_resources, run_limited
+from ur5_ros.bench.limited_process import TOO_MUCH, end_with, limit_resources, run_limited
 from ur5_ros.bench.perturbations import ARM
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import full_loop
 from ur5_ros.loop.run_config import run_config
 
-#: Wall-clock time of the probe, and of one control period in it [s].
+#: Wall-clock time of the probe and of a run with the law, and of one control period in it [s].
 SECONDS, SLOWEST = 60.0, 0.02
 #: Simulated time of the probe [s].
 _DURATION = 0.1
@@ -24,7 +24,8 @@ def probed_entry(file: Path, gains: Path | None = None, seconds: float = SECONDS
 
     The file is read there alone: what it does to its process, it does not do to this one.
 
-    ``file``: A Python file with a class ``Law``.
+    ``file``: A Python file with a class ``Law``; ``seconds``: wall-clock time of the probe and,
+    later, of each run with the law.
     """
     if file.is_dir():
         raise InputError(f'{file} is a folder; give a Python file that defines class Law')
@@ -38,7 +39,7 @@ def probed_entry(file: Path, gains: Path | None = None, seconds: float = SECONDS
     if found.result['period'] > SLOWEST:
         raise InputError(f'{file}: too late: it takes {1e3 * found.result["period"]:.3g} ms '
                          f'a period; give an answer within {1e3 * SLOWEST:g} ms')
-    return Entry(file.name, found.result['control'])
+    return Entry(file.name, found.result['control'], seconds)
 
 
 def probe(file: str, gains: str | None) -> dict[str, Any]:
@@ -54,13 +55,18 @@ def probe(file: str, gains: str | None) -> dict[str, Any]:
     except InputError as error:
         return {'why': str(error)}
     except MemoryError:
-        return {'why': 'the law takes more than 512 MB of memory'}
+        return {'why': f'the law takes {TOO_MUCH}'}
+
+
+def load_package() -> None:
+    """Run an ordinary law, which loads what the package needs, before memory is limited."""
+    ordinary = {'mode': 'gravity_pd', 'kp': [100.0], 'kd': [5.0]}
+    full_loop(run_config('multi_sine', ARM, duration=_DURATION, control=ordinary))
 
 
 def main(result: str, file: str, gains: str | None = None) -> None:
-    """Probe a law after an ordinary run, which loads what the package needs."""
-    ordinary = {'mode': 'gravity_pd', 'kp': [100.0], 'kd': [5.0]}
-    full_loop(run_config('multi_sine', ARM, duration=_DURATION, control=ordinary))
+    """Probe a law."""
+    load_package()
     end_with(result, probe(file, gains))
 
 

@@ -1,7 +1,6 @@
-"""Runs of the bench, done by Dask workers: a law, a perturbation, a seed; and what it survives."""
+"""Runs of the bench: a law, a perturbation, a seed; and what a law survives."""
 
-import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -14,7 +13,6 @@ from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import full_loop
 from ur5_ros.loop.run_config import run_config
-from ur5_ros.sweep.workers import cluster, connected, map_batches
 
 #: Simulated time of a run [s].
 DURATION = 3.0
@@ -41,32 +39,6 @@ def jobs_of(entries: Iterable[Entry], perturbations: Iterable[str], seeds: int,
     runs = [Job(entry, name, seed) for name in perturbations for seed in range(seeds)
             for entry in entries]
     return (long if survival else []) + runs
-
-
-def run_jobs(jobs: list[Job], scheduler: str | None = None, workers: int | None = None,
-             progress: Callable[[float], None] = lambda done: None) -> list[dict[str, Any]]:
-    """
-    Return a row for each job, in their order.
-
-    ``scheduler``: address of a Dask scheduler; workers on this machine if not given; ``workers``:
-    worker processes on this machine; one a core if not given.
-    """
-    rows: list[dict[str, Any]] = []
-    with cluster(scheduler, workers) as address, connected(address) as client:
-        for some in map_batches(client, do_jobs, (), iter(enumerate(jobs)), 1, _lost):
-            rows += some
-            progress(len(rows))
-    if len(rows) < len(jobs):
-        raise InputError(f'the scheduler was lost after {len(rows)} of {len(jobs)} runs; start '
-                         'again')
-    return sorted(rows, key=lambda row: row['index'])
-
-
-def do_jobs(jobs: list[tuple[int, Job]]) -> list[dict[str, Any]]:
-    """Return the rows of some jobs: the task that travels to a worker."""
-    with warnings.catch_warnings(), np.errstate(all='ignore'):
-        warnings.simplefilter('ignore')  # a run that diverges overflows; its row says so
-        return [_head(index, job) | row_of(job) for index, job in jobs]
 
 
 def row_of(job: Job) -> dict[str, Any]:
@@ -124,13 +96,7 @@ def border_conditions(what: str, value: float) -> Conditions:
     return Conditions(sim={'delay.command_periods': int(value)})
 
 
-def _head(index: int, job: Job) -> dict[str, Any]:
-    return {'index': index, 'law': job.entry.name, 'perturbation': job.perturbation,
-            'seed': job.seed, 'kind': 'survival' if job.survival else 'run'}
-
-
-def _lost(item: tuple[int, Job], error: BaseException) -> dict[str, Any]:
-    """Return the row of a job whose worker died."""
-    return _head(*item) | dict.fromkeys(SCORES) | {
-        'largest': None, 'accurate': None, 'survived': False,
-        'why': f'its worker failed: {error!r}'}
+def lost_row(job: Job, why: str) -> dict[str, Any]:
+    """Return the row of a job that came to no result."""
+    borders = {'largest': None, 'accurate': None} if job.survival else dict.fromkeys(SCORES)
+    return borders | {'survived': False, 'why': why}

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.bench.entries import LAWS, BenchFile, Candidate, Tuned, entry_of
-from ur5_ros.bench.runs import Job, run_jobs
+from ur5_ros.bench.jobs import run_jobs
+from ur5_ros.bench.runs import Job
 from ur5_ros.config.records import Record, as_data
 
 #: Candidates of a law: frequency [rad/s], damping and the law's own number, log-uniform.

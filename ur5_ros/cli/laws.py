@@ -24,12 +24,15 @@ def bench(
     workers: Workers = None,
     gains: Annotated[Path | None, typer.Option(
         metavar='FILE', help='Gains that --tune found; those of the package by default.')] = None,
+    law_timeout: Annotated[float, typer.Option(
+        metavar='S', min=1.0, help='Wall time of a run with --law [s]; longer is too late.',
+    )] = 60.0,
     tune: Annotated[Path | None, typer.Option(
         metavar='FILE', help='Search the gains anew and write them here instead.')] = None,
 ) -> int:
     """Compare the laws under perturbations."""
     from ur5_ros.cli.commands import bench as work
-    return work.bench(law, quick, seeds, out, scheduler, workers, gains, tune)
+    return work.bench(law, quick, seeds, out, scheduler, workers, gains, tune, law_timeout)
 
 
 @app.command()

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.bench.limited_process import end_with, limit_resources, run_limited
+from ur5_ros.bench.limited_process import TOO_MUCH, end_with, limit_resources, run_limited
 from ur5_ros.control.laws.user_law import reason
 from ur5_ros.course.exercise import Exercise, Line, Mark, WrongAnswer
 from ur5_ros.course.untouched import attributes, replaced
@@ -17,8 +17,6 @@ from ur5_ros.errors import InputError
 EXERCISES = ('kinematics', 'dynamics', 'computed_torque', 'identification', 'friction', 'contact')
 #: Wall-clock time that a solution gets [s].
 SECONDS = 60.0
-
-_TOO_MUCH = 'more than 512 MB of memory'
 
 
 class Grade(NamedTuple):
@@ -68,7 +66,7 @@ def judge(exercise: Exercise, file: str, seed: int) -> dict[str, Any]:
     try:
         module = _load(file)
     except MemoryError:
-        return {'why': f'the import takes {_TOO_MUCH}', 'marks': []}
+        return {'why': f'the import takes {TOO_MUCH}', 'marks': []}
     except BaseException as error:
         return {'why': f'the file cannot be imported: {reason(error, file)}', 'marks': []}
     for line in exercise.lines:
@@ -88,7 +86,7 @@ def _mark(line: Line, module: Any, file: str, seed: int) -> Mark:
     except WrongAnswer as error:
         why = str(error)
     except MemoryError:
-        why = f'it takes {_TOO_MUCH}'
+        why = f'it takes {TOO_MUCH}'
     except BaseException as error:  # SystemExit and KeyboardInterrupt of the file's too
         why = reason(error, file)
     return Mark(line.name, 0.0 if why else line.points, line.points, why, mistake)

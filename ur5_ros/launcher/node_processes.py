@@ -1,28 +1,25 @@
 """The two nodes as child processes of a command: private network, one core, an end for each."""
 
-import ctypes
 import os
 import random
 import signal
 import socket
 import subprocess
 import sys
-import threading
 from collections.abc import Mapping
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import TracebackType
 from typing import Any
 
 from ur5_ros.config import config_folder
 from ur5_ros.errors import InputError
+from ur5_ros.launcher.signals import end_with_parent, interrupted_by_sigterm
 
 #: Wall-clock time that a node gets to close its bag after being asked to end [s].
 GRACE = 10.0
 
 #: Below this load average the machine counts as quiet.
 QUIET = 1.0
-
-_PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
 class NodeProcesses:
@@ -37,19 +34,17 @@ class NodeProcesses:
             domain, self._domain = claim_domain()
             self.environment = private_environment() | {'ROS_DOMAIN_ID': str(domain)}
         self._children: dict[str, subprocess.Popen] = {}
-        self._handler: Any = None
+        self._interrupted = interrupted_by_sigterm()
 
     def __enter__(self) -> 'NodeProcesses':
-        if threading.current_thread() is threading.main_thread():  # a worker's tasks are not
-            self._handler = signal.signal(signal.SIGTERM, _interrupt)
+        self._interrupted.__enter__()
         return self
 
     def __exit__(self, kind: type | None, value: BaseException | None,
                  traceback: TracebackType | None) -> None:
         for name in self._children:
             self.end(name)
-        if self._handler is not None:
-            signal.signal(signal.SIGTERM, self._handler)
+        self._interrupted.__exit__(None, None, None)
         if self._domain is not None:
             self._domain.close()
 
@@ -68,7 +63,7 @@ class NodeProcesses:
         with open(self.logs / f'{name}.log', 'wb') as log:
             child = subprocess.Popen(
                 arguments, env=self.environment, stdin=subprocess.DEVNULL, stdout=log,
-                stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=_die_with_parent)
+                stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=end_with_parent)
         self._children[name] = child
 
     def poll(self, name: str) -> int | None:
@@ -194,11 +189,3 @@ def parameter_text(value: Any) -> str:
     if isinstance(value, str):
         return "'" + value.replace("'", "''") + "'"
     return repr(value)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
-
-
-def _die_with_parent() -> None:
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)

@@ -17,6 +17,7 @@ from distributed.comm import connect
 from distributed.security import Security
 
 from ur5_ros.errors import InputError
+from ur5_ros.launcher.signals import interrupted_by_sigterm
 from ur5_ros.model.kernels.compiled import limit_threads
 
 #: Wall-clock time that a scheduler gets to answer [s].
@@ -43,9 +44,17 @@ def cluster(scheduler: str | None = None, workers: int | None = None) -> Iterato
     given; ``workers``: how many of them; one a core if not given.
     """
     _silence()
-    if scheduler is not None:
-        yield scheduler
-        return
+    with interrupted_by_sigterm():
+        if scheduler is not None:
+            yield scheduler
+        else:
+            with _workers(workers) as address:
+                yield address
+
+
+@contextmanager
+def _workers(workers: int | None) -> Iterator[str]:
+    """Start worker processes here and yield the address of their scheduler."""
     number = workers if workers is not None else len(os.sched_getaffinity(0))
     if number < 1:
         raise InputError(f'--workers {number}; give at least 1')

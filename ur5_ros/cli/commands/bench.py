@@ -1,5 +1,6 @@
 """The command ``ur5 bench``: laws side by side."""
 
+from collections import Counter
 from pathlib import Path
 
 import polars
@@ -8,10 +9,11 @@ from rich.table import Table
 from rich.text import Text
 
 from ur5_ros.bench.entries import load_bench, load_entries
+from ur5_ros.bench.jobs import run_jobs
 from ur5_ros.bench.perturbations import PERTURBATIONS, QUICK
 from ur5_ros.bench.probe import probed_entry
 from ur5_ros.bench.report import write_report
-from ur5_ros.bench.runs import LARGEST, jobs_of, run_jobs
+from ur5_ros.bench.runs import LARGEST, jobs_of
 from ur5_ros.bench.table import border_text, markdown, summary
 from ur5_ros.bench.tuning import CANDIDATES, CONDITIONS, tune, write_bench
 from ur5_ros.cli import terminal
@@ -20,14 +22,15 @@ from ur5_ros.errors import InputError
 
 
 def bench(law: Path | None, quick: bool, seeds: int, out: Path | None, scheduler: str | None,
-          workers: int | None, gains: Path | None, tune_file: Path | None) -> int:
+          workers: int | None, gains: Path | None, tune_file: Path | None,
+          law_timeout: float) -> int:
     """Run the bench; see ``ur5 bench --help``."""
     screen = terminal.console()
     if tune_file is not None:
         return _tune(tune_file, workers, screen)
     entries = load_entries(gains)
     if law is not None:
-        entries.append(probed_entry(law, gains))
+        entries.append(probed_entry(law, gains, law_timeout))
     names, seeds = (QUICK, 1) if quick else (tuple(PERTURBATIONS), seeds)
     jobs = jobs_of(entries, names, seeds, survival=not quick)
     folder = out if out is not None else Path('bench')
@@ -42,6 +45,9 @@ def bench(law: Path | None, quick: bool, seeds: int, out: Path | None, scheduler
     (folder / 'summary.md').write_text(markdown(rows), encoding='utf-8')
     write_report(rows, load_bench(gains).tried, folder / 'report.html')
     _show(summary(rows), screen)
+    for why, runs in Counter((row['law'], row['why']) for row in rows
+                             if row['why'].startswith('too late')).items():
+        screen.print(Text(f'{why[0]}: {why[1]} ({runs} of its runs)'), soft_wrap=True)
     screen.print(Text(f'table: {folder / "table.parquet"}'), soft_wrap=True)
     screen.print(Text(f'report: {folder / "report.html"}'), soft_wrap=True)
     return YES
