@@ -1,34 +1,13 @@
-import os
-import subprocess
-import sys
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
-
-
-class Ended(NamedTuple):
-    code: int
-    out: str
-    err: str
+from command import Command
 
 
 @pytest.fixture
 def ur5(tmp_path):
-    """Run one command line in an empty folder, as a user would."""
-    environment = {**os.environ, 'COLUMNS': '80'}
-    environment.pop('FORCE_COLOR', None)
-
-    def run(*arguments, folder=tmp_path, seconds=300):
-        done = subprocess.run(
-            [sys.executable, '-c', 'from ur5_ros.cli import main; main()',
-             *map(str, arguments)],
-            cwd=folder, env=environment, capture_output=True, text=True, timeout=seconds)
-        assert 'Traceback' not in done.stderr + done.stdout
-        return Ended(done.returncode, done.stdout, done.stderr)
-
-    run.environment = environment
-    return run
+    """Run command lines in an empty folder; see test/command.py."""
+    return Command(tmp_path)
 
 
 @pytest.fixture(scope='session')

@@ -69,8 +69,9 @@ def test_own_pass_marks_judge_one_run_and_a_folder(ur5, short_run, tmp_path):
     assert said['about']['marks'] == 'strict'
     assert {check['limit'] for check in said['checks'] if 'residual' in check['name']} == {1e-16}
     assert ur5('validate', '--all', 'runs', '--marks', 'strict.yaml').code == 1
-    marks.write_text(marks.read_text().replace('residual', 'residul'))
-    refused = ur5('validate', 'runs/mine', '--marks', 'strict.yaml')
+    wrong = tmp_path / 'wrong.yaml'
+    wrong.write_text(marks.read_text().replace('residual', 'residul'))
+    refused = ur5('validate', 'runs/mine', '--marks', 'wrong.yaml')
     assert refused.code == 2 and len(refused.err.splitlines()) == 1
     assert "'residul'" in refused.err and 'residual' in refused.err
     missing = ur5('validate', 'runs/mine', '--marks', 'none.yaml')
@@ -176,9 +177,9 @@ def test_identify_finds_the_arm_and_writes_a_file_that_validate_takes(ur5, tmp_p
 def test_after_a_warm_up_a_demo_and_its_verdict_compile_nothing(ur5, tmp_path):
     folder = tmp_path / 'kernels'
     ur5.environment['NUMBA_CACHE_DIR'] = str(folder)
-    assert '11 of 11 kernels compiled' in ur5('warm-up').out
+    assert '11 of 11 kernels compiled' in ur5.process('warm-up').out
     compiled = sorted(folder.rglob('*.nbc'))
-    assert '0 of 11 kernels compiled' in ur5('warm-up').out
-    demo = ur5('demo', '--composed', '--run', 'run')
+    assert '0 of 11 kernels compiled' in ur5.process('warm-up').out
+    demo = ur5.process('demo', '--composed', '--run', 'run')
     assert demo.code == 0 and 'compiling' not in demo.err
     assert sorted(folder.rglob('*.nbc')) == compiled
