@@ -4,13 +4,13 @@ import contextlib
 import os
 import re
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import polars
 import pytest
+from command import PROGRAM, Command
 from law_files import LAW
 from numpy.testing import assert_allclose
 from ros_processes import wait_until
@@ -239,12 +239,9 @@ def test_what_the_search_writes_is_what_the_bench_reads_and_draws(tmp_path):
 def test_the_command_makes_table_and_report_in_a_minute_whatever_a_law_of_a_file_does(tmp_path):
     began = time.monotonic()
     endless = law_file(tmp_path, COUNTING.format(body='while self.calls > 300: pass'))
-    done = subprocess.run(
-        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench', '--quick',
-         '--law', str(endless), '--law-timeout', '8', '--out', str(tmp_path / 'bench')],
-        capture_output=True, text=True, timeout=400, check=False)
-    assert done.returncode == 0, done.stderr
-    assert 'my_law.py: too late: no result after 8 s; an endless loop? (2 of' in done.stdout
+    done = Command(tmp_path)('bench', '--quick', '--law', endless, '--law-timeout', '8')
+    assert done.code == 0, done.err
+    assert 'my_law.py: too late: no result after 8 s; an endless loop? (2 of' in done.out
     table = polars.read_parquet(tmp_path / 'bench/table.parquet')
     mine = table.filter(polars.col('law') == 'my_law.py')
     assert mine['survived'].to_list() == [False, False]
@@ -263,9 +260,8 @@ def test_a_bench_that_is_asked_to_end_leaves_no_process_and_no_file(tmp_path):
     scratch = tmp_path / 'scratch'
     scratch.mkdir()
     command = subprocess.Popen(
-        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench',
-         '--out', str(tmp_path / 'bench')], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-        text=True, env={**os.environ, 'TMPDIR': str(scratch)})
+        [*PROGRAM, 'bench', '--out', str(tmp_path / 'bench')], stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE, text=True, env={**os.environ, 'TMPDIR': str(scratch)})
     try:
         wait_until(lambda: list(scratch.glob('ur5-sweep-*/*/*')), 'the workers')
         command.terminate()
@@ -293,12 +289,11 @@ def processes_with(variable):
     (('--gains', 'none.yaml'), 'none.yaml: no such file'),
     (('--workers', '0'), 'give at least 1'),
 ])
-def test_what_cannot_be_read_or_written_is_bad_input_before_anything_runs(arguments, words):
-    done = subprocess.run(
-        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench', *arguments],
-        capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 2
-    assert words in done.stderr and done.stderr.count('\n') == 1
+def test_what_cannot_be_read_or_written_is_bad_input_before_anything_runs(
+        tmp_path, arguments, words):
+    done = Command(tmp_path)('bench', *arguments)
+    assert done.code == 2
+    assert words in done.err and done.err.count('\n') == 1
 
 
 @pytest.mark.parametrize(('name', 'text', 'words'), [
@@ -307,8 +302,6 @@ def test_what_cannot_be_read_or_written_is_bad_input_before_anything_runs(argume
 def test_a_law_file_that_is_none_is_bad_input(tmp_path, name, text, words):
     if text is not None:
         law_file(tmp_path, text)
-    done = subprocess.run(
-        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'bench', '--law',
-         str(tmp_path / name)], capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 2
-    assert words in done.stderr and done.stderr.count('\n') == 1
+    done = Command(tmp_path)('bench', '--law', tmp_path / name)
+    assert done.code == 2
+    assert words in done.err and done.err.count('\n') == 1

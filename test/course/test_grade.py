@@ -3,12 +3,12 @@
 import contextlib
 import json
 import re
-import subprocess
-import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
+from command import Command
 from thorough import times
 
 from ur5_ros.course.grade import EXERCISES, exercise_named, grade, judge
@@ -241,31 +241,27 @@ def test_one_line_that_raises_costs_only_that_line(tmp_path):
     assert 'ZeroDivisionError' in marks['fit'].reason
 
 
-def command(*arguments):
-    program = [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'grade']
-    return subprocess.run([*program, *map(str, arguments)], capture_output=True, text=True,
-                          timeout=120, check=False)
-
-
 def test_the_command_says_points_by_line_and_its_exit_code_is_the_verdict(tmp_path):
+    command = partial(Command(tmp_path), 'grade')
     document = tmp_path / 'grade.json'
     right = command('friction', SOLUTIONS / 'friction.py', '--seed', 3, '--json', document)
-    assert right.returncode == 0
-    assert '10 of 10 points' in right.stdout
+    assert right.code == 0
+    assert '10 of 10 points' in right.out
     assert json.loads(document.read_text(encoding='utf-8'))['full'] is True
     wrong = command('friction', solution(tmp_path, 'x = 1\n'))
-    assert wrong.returncode == 1
-    assert '0/4  torque: there is no function friction_torque' in wrong.stdout
+    assert wrong.code == 1
+    assert '0/4  torque: there is no function friction_torque' in wrong.out
 
 
 def test_an_unknown_exercise_and_a_missing_file_are_bad_input(tmp_path):
-    assert command('cooking', SOLUTIONS / 'friction.py').returncode == 2
+    command = partial(Command(tmp_path), 'grade')
+    assert command('cooking', SOLUTIONS / 'friction.py').code == 2
     missing = command('friction', tmp_path / 'none.py')
-    assert missing.returncode == 2
-    assert 'no file' in missing.stderr and missing.stderr.count('\n') == 1
+    assert missing.code == 2
+    assert 'no file' in missing.err and missing.err.count('\n') == 1
     folder = command('friction', tmp_path)
-    assert folder.returncode == 2
-    assert 'is a folder' in folder.stderr and folder.stderr.count('\n') == 1
+    assert folder.code == 2
+    assert 'is a folder' in folder.err and folder.err.count('\n') == 1
     with pytest.raises(InputError, match="unknown exercise 'cooking'; give one of: kinematics"):
         grade('cooking', SOLUTIONS / 'friction.py')
 

@@ -9,10 +9,12 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 
 import polars
 import pytest
+from command import PROGRAM, Command
 
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.engine import batch_size, lost_row, run_batch, run_sweep
@@ -359,41 +361,33 @@ def test_the_summary_counts_what_the_table_holds(alone):
 def test_the_command_runs_resumes_reports_and_repeats_one_run(tmp_path):
     file = tmp_path / 'trial.yaml'
     file.write_text(SPEC)
-
-    def ur5(*arguments):
-        done = subprocess.run(
-            [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'sweep',
-             *map(str, arguments)], cwd=tmp_path, capture_output=True, text=True, timeout=400)
-        assert 'Traceback' not in done.stderr, done.stderr
-        return done
-
+    ur5 = partial(Command(tmp_path), 'sweep')
     first = ur5(file, '--workers', 2)
-    assert first.returncode == 0, first
+    assert first.code == 0, first
     table = (tmp_path / 'sweeps' / 'trial' / 'table.parquet').read_bytes()
-    assert '--only' in first.stdout or '6 of 6' in first.stdout
-    assert first.stderr == ''
+    assert '--only' in first.out or '6 of 6' in first.out
+    assert first.err == ''
     report = (tmp_path / 'sweeps' / 'trial' / 'report.html').read_text()
     assert 'heatmap' in report and 'Runs, the worst first' in report
     began = time.monotonic()
-    assert ur5(file).returncode == 0
+    assert ur5(file).code == 0
     assert (tmp_path / 'sweeps' / 'trial' / 'table.parquet').read_bytes() == table
     assert time.monotonic() - began < 60.0
-    assert ur5('report', 'sweeps/trial').returncode == 0
+    assert ur5('report', 'sweeps/trial').code == 0
     one = ur5('sweeps/trial/sweep.json', '--only', 4, '-o', 'one')
     assert (tmp_path / 'one' / '000004' / 'sim' / 'metadata.yaml').exists()
     row = polars.read_parquet(tmp_path / 'sweeps' / 'trial' / 'table.parquet').row(4, named=True)
-    assert f'states: {row["states"]}' in one.stdout
-    assert one.returncode == (0 if row['success'] else 1)
-    assert ur5(file, '--only', 6).returncode == 2
+    assert f'states: {row["states"]}' in one.out
+    assert one.code == (0 if row['success'] else 1)
+    assert ur5(file, '--only', 6).code == 2
 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path):
     file = tmp_path / 'trial.yaml'
     file.write_text(SPEC.replace('count: 3', 'count: 400').replace('0.15', '1.0'))
     sweep = subprocess.Popen(
-        [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'sweep', str(file),
-         '--workers', '1'], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, start_new_session=True)
+        [*PROGRAM, 'sweep', str(file), '--workers', '1'], cwd=tmp_path, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, start_new_session=True)
     parts = tmp_path / 'sweeps' / 'trial' / 'parts'
     try:
         end = time.monotonic() + 120.0
