@@ -25,11 +25,14 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from ur5_ros.launcher.node_processes import claim_domain, parameter_text, private_environment
+from ur5_ros.nodes.ros.wait_set_loop import ReservedGroup
 
 SHARED_MEMORY = Path('/dev/shm')
 MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node',
            'closed_loop': 'ur5_ros.nodes.closed_loop'}
 
+#: Wall time between two looks of an observer at what has come [s].
+TAKE_PERIOD = 0.002
 #: Wall time after which a condition that has not come true fails a test [s].
 PATIENCE = 60.0
 
@@ -181,7 +184,12 @@ class Ros:
 
 
 class Observer:
-    """A node in this process that collects what it hears; its executor spins in a thread."""
+    """
+    A node in this process that collects what it hears; its executor spins in a thread.
+
+    A second thread takes messages, all that have come at a time: an executor's wait for each of
+    some thousands a second would take the processor from the nodes that are observed.
+    """
 
     def __init__(self, name: str, domain: int) -> None:
         self._context = Context()
@@ -191,8 +199,12 @@ class Observer:
         self._executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
         self._ending = False
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
+        self._ears: list[Callable[[], None]] = []
+        self._group = ReservedGroup()
+        self._threads = [threading.Thread(target=each, daemon=True)
+                         for each in (self._spin, self._listen)]
+        for thread in self._threads:
+            thread.start()
 
     def hear(self, message_type: type, topic: str, kept: bool = False,
              react: Callable[[Any], None] | None = None, publishers: int = 1) -> list[Any]:
@@ -208,7 +220,15 @@ class Observer:
         qos = QoSProfile(depth=1000, durability=durability,
                          reliability=ReliabilityPolicy.RELIABLE
                          if topic != '/clock' else ReliabilityPolicy.BEST_EFFORT)
-        subscription = self.node.create_subscription(message_type, topic, take, qos)
+        subscription = self.node.create_subscription(message_type, topic, take, qos,
+                                                     callback_group=self._group)
+        handle = subscription.handle
+
+        def take_all() -> None:
+            while (taken := handle.take_message(message_type, False)) is not None:
+                take(taken[0])
+
+        self._ears.append(take_all)
         wait_until(lambda: subscription.handle.get_publisher_count() >= publishers,
                    f'a publisher of {topic}')
         return heard
@@ -268,13 +288,20 @@ class Observer:
         """Leave the domain."""
         self._ending = True
         self._executor.wake()
-        self._thread.join(5.0)
+        for thread in self._threads:
+            thread.join(5.0)
         self.node.destroy_node()
         self._context.try_shutdown()
 
     def _spin(self) -> None:
         while not self._ending:
             self._executor.spin_once(timeout_sec=0.2)
+
+    def _listen(self) -> None:
+        while not self._ending:
+            for take_all in self._ears[:]:
+                take_all()
+            time.sleep(TAKE_PERIOD)
 
 
 @contextmanager
