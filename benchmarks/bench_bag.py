@@ -2,13 +2,13 @@
 
 import gc
 import os
-import subprocess
 import sys
 import tempfile
 import time
 from importlib import import_module
 from pathlib import Path
 
+import child
 import numpy as np
 from rivals import optional
 from side_by_side import Row, arguments, interleave, publish, ratio
@@ -103,8 +103,8 @@ print(memory('VmHWM') - before)
 
 def memory_of_loading(folder: Path) -> int:
     """Return by how much the peak memory of a fresh process grows when it loads a bag [bytes]."""
-    out = subprocess.run([sys.executable, '-c', MEMORY, str(folder)], check=True,
-                         capture_output=True, text=True).stdout
+    out = child.call([sys.executable, '-c', MEMORY, str(folder)], capture_output=True,
+                     text=True).stdout
     return int(out) * 1024
 
 

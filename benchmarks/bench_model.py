@@ -12,7 +12,6 @@ import argparse
 import json
 import os
 import runpy
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
@@ -21,6 +20,7 @@ from statistics import median
 from time import perf_counter
 from typing import NamedTuple
 
+import child
 import eaik.IK_DH
 import numpy as np
 import pinocchio as pin
@@ -177,8 +177,8 @@ def start_up() -> list[dict]:
 
 
 def _run(code: str, environment: dict[str, str]) -> tuple[float, float]:
-    done = subprocess.run([sys.executable, '-c', code], env=environment, check=True,
-                          capture_output=True, text=True)
+    done = child.call([sys.executable, '-c', code], env=environment, capture_output=True,
+                      text=True)
     wall, cpu = map(float, done.stdout.split())
     return wall, cpu
 

@@ -1,12 +1,12 @@
 """Paced by the wall clock at 1 kHz: late periods, and how long a command takes to come."""
 
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+import child
 import numpy as np
 from ping_pong import measure
 from side_by_side import Row, arguments, publish
@@ -43,8 +43,8 @@ for k in range(count):
 
 def bare_sleep(seconds: float) -> np.ndarray:
     """Return when a loop that does nothing but sleep until each period's time woke [ns]."""
-    done = subprocess.run([sys.executable, '-c', SLEEPER, str(round(seconds * RATE))],
-                          capture_output=True, text=True, check=True)
+    done = child.call([sys.executable, '-c', SLEEPER, str(round(seconds * RATE))],
+                      capture_output=True, text=True)
     return np.array(done.stdout.split(), dtype=np.int64)
 
 

@@ -14,12 +14,12 @@ import os
 import statistics
 import subprocess
 import sys
-import threading
 import time
 from array import array
 from contextlib import suppress
 from typing import NoReturn
 
+import child
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -73,17 +73,8 @@ def leave(node: Node) -> NoReturn:
     os._exit(0)
 
 
-def end_with_parent() -> None:
-    """End this process when its standard input closes, however the parent ended."""
-    def watch() -> None:
-        sys.stdin.buffer.read()
-        os._exit(1)
-    threading.Thread(target=watch, daemon=True).start()
-
-
 def pong(how: str) -> NoReturn:
-    """Answer every ping until the parent sends SIGTERM or is gone."""
-    end_with_parent()
+    """Answer every ping until the parent sends SIGTERM."""
     rclpy.init()
     node = rclpy.create_node('pong')
     publisher = node.create_publisher(JointState, 'pong', QOS)
@@ -182,8 +173,7 @@ def measure(how: str, trips: int, core: int | None = None,
     environment = private_environment()
     if transports == 'default':
         del environment['FASTRTPS_DEFAULT_PROFILES_FILE']
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300,
-                          env=environment)
+    done = child.call(command, capture_output=True, text=True, timeout=300, env=environment)
     return json.loads(done.stdout.splitlines()[-1])
 
 
@@ -203,16 +193,16 @@ def main() -> None:
     if options.pong:
         pong(options.how)
     os.environ.setdefault('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))
-    child = subprocess.Popen([sys.executable, __file__, '--pong', '--how', options.how],
-                             stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    other = child.start([sys.executable, __file__, '--pong', '--how', options.how],
+                        stdout=subprocess.PIPE)
     rclpy.init()
     node = rclpy.create_node('ping')
     try:
-        child.stdout.readline()
+        other.stdout.readline()
         times, lost = ping(node, options.how, options.trips)
     finally:
-        child.terminate()
-        child.wait()
+        other.terminate()
+        other.wait()
     times.sort()
     print(json.dumps({'per_second': len(times) / sum(times), 'p50': statistics.median(times),
                       'p99': times[int(0.99 * len(times))], 'answered': len(times),

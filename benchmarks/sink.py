@@ -4,12 +4,13 @@ import subprocess
 import sys
 import time
 
+import child
 from ping_pong import QOS, Taker
 
 
 def start(topic: str) -> subprocess.Popen:
     """Return such a process, in the ROS domain of this one."""
-    return subprocess.Popen([sys.executable, __file__, topic])
+    return child.start([sys.executable, __file__, topic])
 
 
 def wait_for(publisher) -> None:

@@ -23,6 +23,7 @@ import time
 from collections import defaultdict
 from pathlib import Path
 
+import child
 import polars
 import psutil
 from side_by_side import Row, publish
@@ -103,7 +104,7 @@ class Cluster:
     def _start(self, module: str, *arguments: str) -> subprocess.Popen:
         self._started += 1
         with open(self._folder / f'{module}_{self._started}.log', 'wb') as log:
-            return subprocess.Popen(
+            return child.start(
                 [sys.executable, '-m', f'distributed.cli.{module}', *arguments], stdout=log,
                 stderr=log, cwd=self._folder, start_new_session=True,
                 env={**os.environ, 'OPENBLAS_NUM_THREADS': '1',  # as in the workers of ur5 sweep
@@ -130,7 +131,7 @@ class Sweep:
     def start(self) -> subprocess.Popen:
         """Call the command."""
         with open(self._folder / 'sweep.log', 'ab') as log:
-            self.process = subprocess.Popen(
+            self.process = child.start(
                 [sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'sweep',
                  'proof.yaml', '--scheduler', self._address], cwd=self._folder, stdout=log,
                 stderr=log, stdin=subprocess.DEVNULL, start_new_session=True)
@@ -193,9 +194,8 @@ def resident(pid: int) -> float:
 def undisturbed(folder: Path, runs: int, judge: str) -> polars.DataFrame:
     """Return the table of the same sweep by the cores of this machine, nobody killed."""
     (folder / 'quiet.yaml').write_text(SPEC.format(runs=runs, judge=judge))
-    subprocess.run([sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'sweep',
-                    'quiet.yaml', '--out', 'quiet'], cwd=folder, check=True,
-                   stdin=subprocess.DEVNULL)
+    child.call([sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'sweep',
+                'quiet.yaml', '--out', 'quiet'], cwd=folder, stdin=subprocess.DEVNULL)
     return polars.read_parquet(folder / 'quiet' / 'table.parquet')
 
 
@@ -237,8 +237,8 @@ def main() -> None:
     parser.add_argument('--judge', choices=('checks', 'metrics'), default='checks')
     options = parser.parse_args()
     # what this computer has not compiled yet, no worker shall compile
-    subprocess.run([sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'warm-up'],
-                   check=True, stdin=subprocess.DEVNULL)
+    child.call([sys.executable, '-c', 'from ur5_ros.cli import main; main()', 'warm-up'],
+               stdin=subprocess.DEVNULL)
     with tempfile.TemporaryDirectory(prefix='ur5-sweep-proof-') as name:
         folder = Path(name)
         told = disturbed(folder, options.runs, options.judge)

@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,16 @@ def send_until(send: Callable[[], None], condition: Callable[[], Any], what: str
                 return
             time.sleep(0.01)
     raise AssertionError(f'sent in vain for: {what}')
+
+
+def processes_with(variable: str) -> list[str]:
+    """Return the ids of the processes that were started with an environment variable."""
+    found = []
+    for path in Path('/proc').glob('[0-9]*/environ'):
+        with suppress(OSError):  # it may end meanwhile
+            if variable.encode() in path.read_bytes().split(b'\0'):
+                found.append(path.parent.name)
+    return found
 
 
 class Process:

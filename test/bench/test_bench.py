@@ -1,11 +1,9 @@
 """The bench treats all laws alike, finds what they survive, and says what is wrong with a file."""
 
-import contextlib
 import os
 import re
 import subprocess
 import time
-from pathlib import Path
 
 import numpy as np
 import polars
@@ -13,7 +11,7 @@ import pytest
 from command import PROGRAM, Command
 from law_files import LAW
 from numpy.testing import assert_allclose
-from ros_processes import wait_until
+from ros_processes import processes_with, wait_until
 
 from ur5_ros.bench import limited_job
 from ur5_ros.bench.entries import LAWS, Candidate, Tuned, entry_of, load_bench, load_entries
@@ -271,16 +269,6 @@ def test_a_bench_that_is_asked_to_end_leaves_no_process_and_no_file(tmp_path):
     assert 'interrupted' in command.stderr.read()
     assert list(scratch.iterdir()) == []
     wait_until(lambda: not processes_with(f'TMPDIR={scratch}'), 'the end of the workers')
-
-
-def processes_with(variable):
-    """Return the processes whose environment holds a variable."""
-    found = []
-    for path in Path('/proc').glob('[0-9]*/environ'):
-        with contextlib.suppress(OSError):  # it may end meanwhile
-            if variable.encode() in path.read_bytes().split(b'\0'):
-                found.append(path.parent.name)
-    return found
 
 
 @pytest.mark.parametrize(('arguments', 'words'), [

@@ -6,10 +6,11 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
-from ros_processes import wait_until
+from ros_processes import processes_with, wait_until
 
 from ur5_ros.launcher.node_processes import private_environment
 
@@ -52,18 +53,23 @@ def test_every_benchmark_has_a_quick_mode():
         assert '--quick' in run(script.name, '--help'), script.name
 
 
-def test_a_ping_pong_that_is_killed_leaves_no_process_behind():
-    ping = subprocess.Popen([sys.executable, str(FOLDER / 'ping_pong.py'), '--how', 'wait_set',
-                             '--trips', '1000000'], stdout=subprocess.DEVNULL,
-                            env=private_environment())
+@pytest.mark.parametrize('script', [
+    'bench_laws', 'bench_lockstep', 'bench_paced', 'bench_profile', 'bench_recording',
+    'bench_scaling', 'bench_start', 'bench_sweep', 'ping_pong', 'soak', 'sweep_proof'])
+def test_a_benchmark_that_is_killed_leaves_no_process_behind(script, tmp_path):
+    mark = f'MARK={tmp_path}'
+    command = [sys.executable, str(FOLDER / f'{script}.py'),
+               *(['--quick'] if script.startswith('bench') else [])]
+    benchmark = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=tmp_path,
+        env=private_environment() | {'TMPDIR': str(tmp_path), 'MARK': str(tmp_path)})
     try:
-        children = Path(f'/proc/{ping.pid}/task/{ping.pid}/children')
-        wait_until(lambda: children.read_text().split(), 'the other process', 60)
-        pong = Path('/proc') / children.read_text().split()[0]
+        wait_until(lambda: len(processes_with(mark)) > 1, 'a process that it starts')
+        time.sleep(1.0)  # the processes of these, too
     finally:
-        ping.kill()
-        ping.wait()
-    wait_until(lambda: not pong.exists(), 'its end')
+        benchmark.kill()
+        benchmark.wait()
+    wait_until(lambda: not processes_with(mark), 'the end of all others', 15.0)
 
 
 def test_the_page_names_every_figure_and_every_miss(tmp_path):
