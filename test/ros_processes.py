@@ -13,10 +13,12 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import rclpy
+from node_starter import Forked, Starter
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -76,17 +78,24 @@ def processes_with(variable: str) -> list[str]:
     return found
 
 
-class Process:
-    """A node as a child process."""
+@cache
+def starter() -> Starter:
+    """Return what starts the nodes of all tests of this process."""
+    return Starter()
 
-    def __init__(self, command: list[str], folder: Path, log: Path,
-                 environment: Mapping[str, str]) -> None:
-        self.log = log
-        with open(log, 'wb') as out:
-            self.popen = subprocess.Popen(command, cwd=folder, env=dict(environment),
-                                          stdin=subprocess.DEVNULL, stdout=out,
-                                          stderr=subprocess.STDOUT)
-        self.pid = self.popen.pid
+
+def watched() -> bool:
+    """Return whether the lines that run are counted, which no fork would do."""
+    coverage = sys.modules.get('coverage')
+    return coverage is not None and coverage.Coverage.current() is not None
+
+
+class Process:
+    """A node as a process of its own."""
+
+    def __init__(self, popen: subprocess.Popen | Forked, log: Path) -> None:
+        self.popen, self.log = popen, log
+        self.pid = popen.pid
 
     @property
     def text(self) -> str:
@@ -139,7 +148,8 @@ class Ros:
 
     def start(
         self, node: str, arguments: list[str] | None = None,
-        environment: Mapping[str, str] | None = None, namespace: str = '', **parameters: Any,
+        environment: Mapping[str, str] | None = None, namespace: str = '', fresh: bool = False,
+        **parameters: Any,
     ) -> Process:
         """
         Start ``sim`` or ``control``; parameters with a dot in their name go by ``__``.
@@ -151,26 +161,43 @@ class Ros:
         arguments : list of str, optional
             More of the command line.
         environment : mapping, optional
-            Variables set besides those of the domain.
+            Variables set besides those of the domain; the node then imports everything itself.
         namespace : str
             ROS namespace.
+        fresh : bool
+            Whether the node imports everything itself, as it does for users.
         **parameters
             ROS parameters.
 
         """
-        command = [sys.executable, '-m', MODULES[node], '--ros-args']
+        command = ['--ros-args']
         for name, value in parameters.items():
             command += ['-p', f'{name.replace("__", ".")}:={parameter_text(value)}']
         if namespace:
             command += ['-r', f'__ns:={namespace}']
-        return self.run(command + (arguments or []), environment)
+        command += arguments or []
+        if fresh or environment or watched():
+            return self.run([sys.executable, '-m', MODULES[node], *command], environment)
+        return self._add(starter().start(MODULES[node], command, self.folder, self._new_log(),
+                                         self.environment))
 
     def run(self, command: list[str], environment: Mapping[str, str] | None = None) -> Process:
         """Start any program in this domain."""
+        with open(self._new_log(), 'wb') as out:
+            return self._add(subprocess.Popen(
+                command, cwd=self.folder, env=self.environment | dict(environment or {}),
+                stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT))
+
+    def _new_log(self) -> Path:
+        """Return the file for the output of the next process."""
         log = self.folder / f'process_{len(self.processes)}.log'
-        process = Process(command, self.folder, log, self.environment | dict(environment or {}))
-        self.processes.append(process)
-        return process
+        log.touch()
+        return log
+
+    def _add(self, popen: subprocess.Popen | Forked) -> Process:
+        self.processes.append(Process(
+            popen, self.folder / f'process_{len(self.processes)}.log'))
+        return self.processes[-1]
 
     def observer(self, name: str = 'observer') -> 'Observer':
         """Return a node of this process in the domain."""

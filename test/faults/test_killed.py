@@ -201,7 +201,7 @@ def test_a_signal_loses_nothing(ros, number, phase, times, record_property):
     for attempt in range(runs):
         folder = ros.folder / f'run_{attempt}'
         nodes = {'sim': ros.start('sim', lockstep=phase == 'both nodes', control_rate=500,
-                                  bag=str(folder / 'sim'))}
+                                  bag=str(folder / 'sim'), fresh=phase == 'start-up')}
         if phase == 'both nodes':
             nodes['control'] = ros.start('control', bag=str(folder / 'control'))
         if phase == 'start-up':
