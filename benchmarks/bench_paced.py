@@ -111,7 +111,7 @@ def with_priority(seconds: float, trips: int, repeats: int) -> dict[str, list[fl
     plan = run_config(duration=seconds, sim={'lockstep': False, 'realtime_priority': PRIORITY},
                       control={'realtime_priority': PRIORITY})
     for _ in range(repeats):
-        times = run(plan, pinned=False)
+        times = run(plan)
         found['late'].append(late(times.states))
         found['p99'].append(float(np.quantile(times.latency, 0.99)) * 1e-9)
         found['p99 trips'].append(measure('wait_set', trips, priority=PRIORITY)['p99'])
@@ -138,7 +138,7 @@ def main() -> None:
                                      'p99 trips of objects': []}
     plan = run_config(duration=seconds, sim={'lockstep': False})
     for _ in range(repeats):
-        times = run(plan, pinned=False)
+        times = run(plan)
         found['late'].append(late(times.states))
         found['p99'].append(float(np.quantile(times.latency, 0.99)) * 1e-9)
         found['late sleeper'].append(late(bare_sleep(seconds)))

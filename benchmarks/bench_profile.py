@@ -11,7 +11,7 @@ import sink
 from ping_pong import QOS, measure
 from sensor_msgs.msg import JointState
 from side_by_side import Row, arguments, publish
-from two_nodes_recorded import per_second, run
+from two_nodes_recorded import ONE_CORE, per_second, run
 
 from ur5_ros.bag.payload_hash import PayloadHash
 from ur5_ros.cdr.fixed_messages import FixedJointState, FixedTrajectoryPoint, encode_stamp
@@ -129,7 +129,7 @@ def main() -> None:
         child.wait()
     parts = {name: float(np.median([each[name] for each in found])) for name in found[0]}
     seconds, trips = (1.0, 300) if options.quick else (8.0, 4000)
-    period = 1.0 / per_second(run(run_config(duration=seconds)).states)
+    period = 1.0 / per_second(run(run_config(duration=seconds), ONE_CORE).states)
     trip = 1.0 / measure('wait_set', trips, last_core())['per_second']
     work = sum(cost for name, cost in parts.items() if not name.startswith('of the law'))
     work -= parts['publish'] + parts['take']  # the ping-pong has them too

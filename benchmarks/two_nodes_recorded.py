@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.bag.reader import open_bag
-from ur5_ros.launcher.node_processes import NodeProcesses, shared_core
+from ur5_ros.launcher.node_processes import NodeProcesses, last_core, lockstep_cores
 from ur5_ros.launcher.two_nodes import run_two_nodes
 from ur5_ros.loop.run_config import RunConfig
 
@@ -24,13 +24,21 @@ class Times(NamedTuple):
     """From a state to the arrival of its command [ns]."""
 
 
-def run(plan: RunConfig, pinned: bool = True) -> Times:
-    """Return the times of a run, its first tenth left out: discovery, repeated first states."""
+#: Where the two nodes run: both on one core, wherever the system likes, each on one of its own.
+ONE_CORE = [{'UR5_ROS_CORE': str(last_core())}] * 2
+ANY_CORE = [{'UR5_ROS_CORE': ''}] * 2
+CORE_EACH = lockstep_cores(0.0)
+
+
+def run(plan: RunConfig, cores: list[dict[str, str]] | None = None) -> Times:
+    """
+    Return the times of a run, its first tenth left out: discovery, repeated first states.
+
+    ``cores``: one of the above; as ``ur5 demo`` chooses if not given.
+    """
     os.environ.pop('UR5_ROS_CORE', None)
-    if not pinned:
-        os.environ['UR5_ROS_CORE'] = ''
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
-        run_two_nodes(plan, Path(folder))
+        run_two_nodes(plan, Path(folder), environments=cores)
         return times_of(Path(folder) / 'sim')
 
 
@@ -53,7 +61,8 @@ def arms_at_once(plan: RunConfig, number: int) -> list[Times]:
     """Return the times of several pairs of nodes, each in a namespace, on the same network."""
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as name, \
             NodeProcesses(Path(name)) as nodes:
-        nodes.environment['UR5_ROS_CORE'] = shared_core() if number == 1 else ''
+        nodes.environment.pop('UR5_ROS_CORE', None)
+        cores = dict(zip(NODES, lockstep_cores() if number == 1 else ANY_CORE, strict=True))
         folders = [Path(name) / f'arm_{index}' for index in range(number)]
         for folder in folders:
             for node, module in NODES.items():
@@ -62,7 +71,7 @@ def arms_at_once(plan: RunConfig, number: int) -> list[Times]:
                 if node == 'sim':
                     given['publish_clock'] = False
                 nodes.start(f'{folder.name}_{node}', module,
-                            {**given, 'bag': str(folder / node)}, f'/{folder.name}')
+                            {**given, 'bag': str(folder / node)}, f'/{folder.name}', cores[node])
         for folder in folders:
             if nodes.wait(f'{folder.name}_sim', 240.0) is None:
                 raise SystemExit(f'{folder.name} does not end: '

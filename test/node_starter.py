@@ -89,7 +89,7 @@ def main() -> None:
     """Fork a node for each request until there are no more."""
     for module in LOADED:
         importlib.import_module(module)
-    # two of LTTng wait for a tracer, which there is none of; any other would be missed by the nodes
+    # two of LTTng's wait for a tracer, which there is none of; nodes would lack any other
     assert len(os.listdir('/proc/self/task')) <= 3, 'a process with threads cannot be forked'
     gc.collect()
     gc.freeze()

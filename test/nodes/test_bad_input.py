@@ -37,6 +37,7 @@ def test_a_wrong_parameter_is_refused_in_one_line(ros, node, parameters, said):
 @pytest.mark.parametrize(('variable', 'value'), [
     ('ROS_DOMAIN_ID', 'abc'), ('ROS_DOMAIN_ID', '233'), ('ROS_SECURITY_ENABLE', 'true'),
     ('ROS_DOMAIN_ID', '9999'), ('UR5_ROS_CORE', '999'), ('ROS_LOG_DIR', '/proc/none'),
+    ('UR5_ROS_SPIN', 'fast'),
     ('RMW_IMPLEMENTATION', 'rmw_none_cpp'), ('RMW_IMPLEMENTATION', '../../x'),
     ('FASTRTPS_DEFAULT_PROFILES_FILE', '/nowhere/loopback.xml'),
     ('FASTRTPS_DEFAULT_PROFILES_FILE', '/etc/passwd'),

@@ -21,6 +21,9 @@ GRACE = 10.0
 #: Below this load average the machine counts as quiet.
 QUIET = 1.0
 
+#: How long a node with a core for itself looks for a message before it waits [us].
+SPIN = 300
+
 
 class NodeProcesses:
     """Starts nodes and ends every one of them when the ``with`` block ends, however it ends."""
@@ -49,11 +52,12 @@ class NodeProcesses:
             self._domain.close()
 
     def start(self, name: str, module: str, parameters: Mapping[str, Any],
-              namespace: str = '') -> None:
+              namespace: str = '', environment: Mapping[str, str] | None = None) -> None:
         """
         Start ``python -m module``.
 
-        ``namespace``: of its node; empty = that of the environment.
+        ``namespace``: of its node; empty = that of the environment; ``environment``: variables
+        of this process alone, where the user has not set them.
         """
         arguments = [sys.executable, '-m', module, '--ros-args']
         for key, value in parameters.items():
@@ -62,8 +66,9 @@ class NodeProcesses:
             arguments += ['-r', f'__ns:={namespace}']
         with open(self.logs / f'{name}.log', 'wb') as log:
             child = subprocess.Popen(
-                arguments, env=self.environment, stdin=subprocess.DEVNULL, stdout=log,
-                stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=end_with_parent)
+                arguments, env={**(environment or {}), **self.environment},
+                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
+                start_new_session=True, preexec_fn=end_with_parent)
         self._children[name] = child
 
     def poll(self, name: str) -> int | None:
@@ -161,18 +166,24 @@ def _is_free(port: int) -> bool:
     return True
 
 
-def shared_core(load: float | None = None) -> str:
+def lockstep_cores(load: float | None = None) -> list[dict[str, str]]:
     """
-    Return the core that two nodes in lockstep should share, empty for none.
+    Return what the environment of each of two nodes in lockstep should hold.
 
-    Only one of them works at a time, so that on a quiet machine sharing saves the waking of
-    another core; where others compute too, being bound to a core that they use costs half of
-    the speed or more.
+    On a quiet machine each has a core for itself, whose caches stay warm, and looks for the
+    other's message for a while before it waits: nothing has to be woken.  With one core for both
+    there is nothing to look for.  Where others compute too, being bound to a core that they use
+    costs half of the speed or more.
 
     ``load``: load average; that of the last minute by default.
     """
     load = os.getloadavg()[0] if load is None else load
-    return str(last_core()) if load < QUIET else ''
+    cores = sorted(os.sched_getaffinity(0))[-2:]
+    if load >= QUIET:
+        return [{'UR5_ROS_CORE': ''}] * 2
+    if len(cores) < 2:
+        return [{'UR5_ROS_CORE': str(last_core())}] * 2
+    return [{'UR5_ROS_CORE': str(core), 'UR5_ROS_SPIN': str(SPIN)} for core in cores]
 
 
 def last_core() -> int:

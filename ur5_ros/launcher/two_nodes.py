@@ -3,14 +3,14 @@
 import shutil
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.config.node_parameters import NodeParameters
 from ur5_ros.config.topics import CONTROL_NODE, SIM_NODE
 from ur5_ros.errors import InputError
-from ur5_ros.launcher.node_processes import GRACE, NodeProcesses, shared_core
+from ur5_ros.launcher.node_processes import GRACE, NodeProcesses, lockstep_cores
 from ur5_ros.launcher.progress import BagGrowth
 from ur5_ros.loop.run_config import RunConfig
 
@@ -24,28 +24,34 @@ _ONE = {'closed_loop': ('closed_loop', {'sim': f'{SIM_NODE}:', 'control': f'{CON
 
 def run_two_nodes(
     config: RunConfig, folder: Path, progress: Callable[[float], None] = lambda seconds: None,
-    composed: bool = False,
+    composed: bool = False, environments: Sequence[Mapping[str, str]] | None = None,
 ) -> float:
     """
     Run both nodes until the simulator has reached the end, recording into ``folder``.
 
     ``config``: parameters of both; ``bag`` is set here; ``folder``: run folder, which exists
-    and is empty; ``progress``: gets the simulated time [s] every tenth of a second.  Returned:
-    wall-clock time from the first state that was answered to the last state [s].
+    and is empty; ``progress``: gets the simulated time [s] every tenth of a second; ``composed``:
+    both in one process; ``environments``: variables of each of two processes, by default as the
+    load of this machine asks for.  Returned: wall-clock time from the first state that was
+    answered to the last state [s].
     """
     parameters: dict[str, NodeParameters] = {'sim': config.sim, 'control': config.control}
     with tempfile.TemporaryDirectory(prefix='ur5-run-') as logs, \
             NodeProcesses(Path(logs)) as nodes:
         nodes.environment.setdefault('ROS_LOG_DIR', logs)
         processes = _ONE if composed else _TWO
-        if config.sim.lockstep and not composed:
-            nodes.environment.setdefault('UR5_ROS_CORE', shared_core())
-        for process, (module, prefixes) in processes.items():
+        if environments is None:
+            by_load = config.sim.lockstep and not composed
+            environments = lockstep_cores() if by_load else [{}, {}]
+        if 'UR5_ROS_CORE' in nodes.environment:  # the user's choice
+            environments = [{}, {}]
+        for (process, (module, prefixes)), more in zip(processes.items(), environments,
+                                                       strict=False):
             given = {prefix + key: value for node, prefix in prefixes.items()
                      for key, value in parameters[node].changed_by_name().items()}
             given |= {f'{prefix}bag': str((folder / node).absolute())
                       for node, prefix in prefixes.items()}
-            nodes.start(process, f'ur5_ros.nodes.{module}', given)
+            nodes.start(process, f'ur5_ros.nodes.{module}', given, environment=more)
         try:
             _watch(nodes, list(processes), BagGrowth(folder / 'sim'), config, progress)
             for process, (module, _) in processes.items():

@@ -23,6 +23,7 @@ from ur5_ros.model.kernels.compile_notice import on_compile
 from ur5_ros.nodes.ros.environment import REFUSED, print_refusal
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.shutdown import StopRequest
+from ur5_ros.nodes.ros.wait_set_loop import spin_time
 
 #: Exit codes besides REFUSED: done; an error of the program; done, but the recording lost some.
 DONE, FAULT, LOSS = 0, 1, 3
@@ -35,15 +36,17 @@ def pin_to_core(core: str) -> None:
     """
     Keep this process, and every thread that it starts later, on one core.
 
-    In lockstep only one of the two nodes works at a time, so that sharing a core saves the waking
-    of another; paced runs are better off without.  Scheduled as a batch job, neither interrupts
-    the other when a message wakes it: the sender first ends its period (sched(7), SCHED_BATCH).
+    Without a core for each of two nodes in lockstep, sharing one saves the waking of another.
+    Scheduled as a batch job, neither then interrupts the other when a message wakes it: the sender
+    first ends its period (sched(7), SCHED_BATCH).
     """
     allowed = os.sched_getaffinity(0)
     if not (core.isascii() and core.isdigit() and int(core) in allowed):
         raise InputError(f'UR5_ROS_CORE is {core!r}; give one of: '
                          f'{", ".join(map(str, sorted(allowed)))}, or unset it')
     os.sched_setaffinity(0, {int(core)})
+    if spin_time():  # it has the core for itself
+        return
     if os.sched_getscheduler(0) == os.SCHED_OTHER:  # another policy is a choice of the user's
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 

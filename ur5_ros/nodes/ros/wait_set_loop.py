@@ -1,5 +1,6 @@
 """Messages in and out of the loop: raw bytes through one wait set that is kept and re-armed."""
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -9,6 +10,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.background_executor import BackgroundExecutor
 
 Message = tuple[int, bytes]
@@ -18,6 +20,12 @@ LAZY_POLL_PERIOD = 0.02
 
 #: While nothing but hot messages come, all else is looked after this often [s].
 HOT_POLL_PERIOD = 0.01
+
+#: After a look that took too long, the loop only waits for so long: twice as long each time, and
+#: a little less after each look that was quick [s].
+SHORTEST_PAUSE, LONGEST_PAUSE, SHORTER = 0.001, 1.0, 0.97
+#: Longest look that may be asked for [us].
+MOST_SPIN = 10_000
 
 
 class ReservedGroup(CallbackGroup):
@@ -64,6 +72,9 @@ class WaitSetLoop:
         self._wait_set: Any = None
         self._hot: list[int] = []
         self._brief_until = 0.0
+        self._spin = spin_time()
+        self._spin_from = 0.0
+        self._pause = SHORTEST_PAUSE
 
     def subscribe(self, message_type: type, topic: str, qos: QoSProfile,
                   *, hot: bool = False) -> int:
@@ -129,8 +140,13 @@ class WaitSetLoop:
         wait_set = self._wait_set or self._arm()
         if seconds <= 0.0:
             return self.take()
-        rest = self._brief_until - time.monotonic()
+        now = time.monotonic()
+        rest = self._brief_until - now
         if rest > 0.0:
+            if self._spin and now >= self._spin_from:
+                messages = self._look(now)
+                if messages:
+                    return messages
             return self._wait_briefly(min(seconds, rest))
         wait_set.clear_entities()
         for handle in self._handles:
@@ -150,6 +166,26 @@ class WaitSetLoop:
         if messages and not self.asked and all(index in self._hot for index, _ in messages):
             self._brief_until = time.monotonic() + HOT_POLL_PERIOD
         return messages
+
+    def _look(self, now: float) -> list[Message]:
+        """
+        Look for hot messages again and again for a while, without a wait.
+
+        The middleware's own threads have this core in between.  A look that takes too long says
+        that others use the core, or that the answer does: then looking costs more than waiting.
+        """
+        end = now + self._spin
+        while True:
+            messages = self._take(self._hot)
+            now = time.monotonic()
+            if now > end:
+                self._pause = min(2.0 * self._pause, LONGEST_PAUSE)
+                self._spin_from = now + self._pause
+                return messages
+            if messages:
+                self._pause = max(SHORTER * self._pause, SHORTEST_PAUSE)
+                return messages
+            os.sched_yield()
 
     def _wait_briefly(self, seconds: float) -> list[Message]:
         """Wait for hot messages alone: every place in a wait set costs the loop microseconds."""
@@ -188,6 +224,15 @@ class WaitSetLoop:
         self._wait_set = _rclpy.WaitSet(
             len(self._handles), 1, 0, 0, len(self._services), 0, context)
         return self._wait_set
+
+
+def spin_time() -> float:
+    """Return how long a loop looks for messages before it waits, by the environment [s]."""
+    text = os.environ.get('UR5_ROS_SPIN', '') or '0'
+    if not (text.isascii() and text.isdigit() and int(text) <= MOST_SPIN):
+        raise InputError(f'UR5_ROS_SPIN is {text!r}; give whole microseconds from 0 to '
+                         f'{MOST_SPIN}, or unset it')
+    return 1e-6 * int(text)
 
 
 def _nothing(*_: Any) -> None:
