@@ -21,8 +21,8 @@ GRACE = 10.0
 #: Below this load average the machine counts as quiet.
 QUIET = 1.0
 
-#: How long a node with a core for itself looks for a message before it waits [us].
-SPIN = 300
+#: How long a node with a core for itself looks for a message before it waits [s].
+SPIN = 0.0003
 
 
 class NodeProcesses:
@@ -183,7 +183,7 @@ def lockstep_cores(load: float | None = None) -> list[dict[str, str]]:
         return [{'UR5_ROS_CORE': ''}] * 2
     if len(cores) < 2:
         return [{'UR5_ROS_CORE': str(last_core())}] * 2
-    return [{'UR5_ROS_CORE': str(core), 'UR5_ROS_SPIN': str(SPIN)} for core in cores]
+    return [{'UR5_ROS_CORE': str(core), 'UR5_ROS_SPIN': f'{1e6 * SPIN:.0f}'} for core in cores]
 
 
 def last_core() -> int:

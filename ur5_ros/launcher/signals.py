@@ -1,6 +1,7 @@
 """Signals of a command and of the processes that it starts."""
 
 import ctypes
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -24,9 +25,15 @@ def interrupted_by_sigterm() -> Iterator[None]:
         signal.signal(signal.SIGTERM, handler)
 
 
-def end_with_parent(number: int = signal.SIGTERM) -> None:
-    """Let the process that calls it, a child before its program starts, end with its parent."""
+def end_with_parent(number: int = signal.SIGTERM, parent: int | None = None) -> None:
+    """
+    Let the process that calls it end with its parent, by a signal.
+
+    ``parent``: its id, where it may have ended before this call.
+    """
     _LIBC.prctl(_PR_SET_PDEATHSIG, number)
+    if parent is not None and os.getppid() != parent:
+        os.kill(os.getpid(), number)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

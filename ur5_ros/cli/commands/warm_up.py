@@ -5,9 +5,11 @@ import os
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from importlib import import_module
+from signal import SIGTERM
 
 from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import YES
+from ur5_ros.launcher.signals import end_with_parent
 from ur5_ros.model.kernels.compile_notice import on_compile
 
 _MODEL = 'ur5_ros.model.kernels'
@@ -44,7 +46,7 @@ def warm_up(everything: bool) -> int:
     workers = min(len(os.sched_getaffinity(0)), len(kernels))
     compiled = 0
     with terminal.progress('compiling for this processor', len(kernels), 'kernels') as advance, \
-            ProcessPoolExecutor(workers, spawn) as pool:
+            ProcessPoolExecutor(workers, spawn, end_with_parent, (SIGTERM, os.getpid())) as pool:
         tasks = [pool.submit(compile_kernel, *each) for each in kernels]
         for done, task in enumerate(as_completed(tasks), 1):
             compiled += task.result()
