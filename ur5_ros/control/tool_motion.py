@@ -86,7 +86,7 @@ def follow(
     margin = max(margin, _LEAST_MARGIN)
     bad = ~valid[:, label] | (distance < margin) | (step > _LARGEST_STEP)
     if bad.any():
-        raise _refused(*_first_trouble(bad, valid[:, label], distance, margin, times))
+        raise _refused(*_first_violation(bad, valid[:, label], distance, margin, times))
     reference = differentiate(q, samples, arm)
     check_limits(reference, times, arm)
     return reference, Branch(label, int(valid[0].sum()), float(distance.min()))
@@ -178,7 +178,7 @@ def _unwrapped(raw: np.ndarray, near: np.ndarray, arm: ArmParameters) -> np.ndar
     return raw + _TURN * np.cumsum(turns, axis=0)
 
 
-def _first_trouble(
+def _first_violation(
     bad: np.ndarray,
     valid: np.ndarray,
     distance: np.ndarray,

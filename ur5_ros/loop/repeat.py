@@ -84,7 +84,7 @@ def resimulate(run: Run) -> Repetition:
         fed = 'fed with the torques that acted'
     plant = Plant(side.arm, given)
     try:
-        found = _played(plant, run, commands, by_command)
+        found = _replayed_states(plant, run, commands, by_command)
     finally:
         plant.close()
     states = total_effort(States(*np.split(found, 3, axis=1)), side.parameters, side.arm)
@@ -117,7 +117,7 @@ def _side(run: Run, side: NodeRecord | None, what: str) -> NodeRecord:
     return side
 
 
-def _played(plant: Plant, run: Run, commands: np.ndarray, by_command: bool) -> np.ndarray:
+def _replayed_states(plant: Plant, run: Run, commands: np.ndarray, by_command: bool) -> np.ndarray:
     events: dict[int, list[RecordedEvent]] = defaultdict(list)
     for event in run.events:
         events[event.stamp].append(event)
@@ -126,7 +126,7 @@ def _played(plant: Plant, run: Run, commands: np.ndarray, by_command: bool) -> n
     for k, stamp in enumerate(run.stamp):
         found[k] = np.concatenate(state[1:])
         for event in events[int(stamp)]:
-            _happen(plant, event, by_command)
+            _apply_event(plant, event, by_command)
         if k + 1 == len(run.stamp):
             break
         if any(event.kind == 'reset' for event in events[int(run.stamp[k + 1])]):
@@ -136,7 +136,7 @@ def _played(plant: Plant, run: Run, commands: np.ndarray, by_command: bool) -> n
     return found
 
 
-def _happen(plant: Plant, event: RecordedEvent, by_command: bool) -> None:
+def _apply_event(plant: Plant, event: RecordedEvent, by_command: bool) -> None:
     if event.kind == 'parameter':
         name = event.values['name']
         if by_command or name not in PLAIN_COMMANDS:

@@ -151,7 +151,7 @@ class CommandGate(ABC):
 
     def publishers(self, names: Mapping[str, Sequence[str]]) -> None:
         """Take note of the publishers on the command topics; more than one is an event."""
-        several, event = self._publishers.look(names, self._stamp)
+        several, event = self._publishers.update(names, self._stamp)
         self.repeatable = self.repeatable and not several
         if event is not None:
             self._events.append(event)

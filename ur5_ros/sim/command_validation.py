@@ -64,7 +64,7 @@ class PublisherMonitor:
     def __init__(self) -> None:
         self._known: dict[str, list[str]] = {}
 
-    def look(self, names: Mapping[str, Sequence[str]], stamp: int) -> tuple[bool, Event | None]:
+    def update(self, names: Mapping[str, Sequence[str]], stamp: int) -> tuple[bool, Event | None]:
         """
         Take note of the publishers.
 

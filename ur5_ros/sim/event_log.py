@@ -66,7 +66,7 @@ class EventLog:
         fast = np.abs(after.qd) > self._fastest
         for kind, mask, stamp in (('effort', clamped, before), ('position', held, before),
                                   ('velocity', fast, after.stamp)):
-            change = self.limits.look(kind, mask, stamp)
+            change = self.limits.update(kind, mask, stamp)
             if change is not None:
                 self._events.append(change)
         if fast.any() and overspeed_stop and not self.stopped:

@@ -22,7 +22,7 @@ class LimitWatch:
         self.quiet = True  # no joint is at a limit
         self._touching: dict[str, tuple[str, ...]] = dict.fromkeys(_SENTENCE, ())
 
-    def look(self, kind: str, mask: np.ndarray, stamp: int) -> Event | None:
+    def update(self, kind: str, mask: np.ndarray, stamp: int) -> Event | None:
         """
         Take note of the joints at a limit in one period.
 

@@ -255,7 +255,7 @@ class Plant:
 
     def _check_contacts(self, before: int) -> None:
         """Report contacts that begin or end, and stop the arm where the force is too large."""
-        for message, values in self._contact_watch.look(self.mechanics.contacts):
+        for message, values in self._contact_watch.update(self.mechanics.contacts):
             self._event_log.add(before, 'contact', message, **values)
         limit = self.parameters.force_limit
         if limit > 0.0 and not self.stopped:

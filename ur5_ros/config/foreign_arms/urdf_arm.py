@@ -106,13 +106,14 @@ def _dh_frames(z: np.ndarray, p: np.ndarray, tool: np.ndarray,
             kind = 'parallel, in one direction' if parallel else 'perpendicular'
             raise InputError(f'{path}: axes {i + 1} and {j + 1} are not {kind}; the closed form '
                              'holds for the UR family only')
-    o1 = _meet(p[0], z[0], p[1], z[1], (1, 2), path)
-    a2, a3 = (_across(p[2] - o1, z[1]), _across(p[3] - p[2], z[1]))
+    o1 = _intersection(p[0], z[0], p[1], z[1], (1, 2), path)
+    a2, a3 = (_perpendicular(p[2] - o1, z[1]), _perpendicular(p[3] - p[2], z[1]))
     o2, o3 = o1 + a2, o1 + a2 + a3
-    o4 = _meet(p[3], z[3], p[4], z[4], (4, 5), path)
-    o5 = _meet(p[4], z[4], p[5], z[5], (5, 6), path)
+    o4 = _intersection(p[3], z[3], p[4], z[4], (4, 5), path)
+    o5 = _intersection(p[4], z[4], p[5], z[5], (5, 6), path)
     o6 = tool[:3, 3]
-    if np.linalg.norm(_across(o6 - p[5], z[5])) > DISTANCE or tool[:3, 2] @ z[5] < 1.0 - ANGLE:
+    off_axis = np.linalg.norm(_perpendicular(o6 - p[5], z[5]))
+    if off_axis > DISTANCE or tool[:3, 2] @ z[5] < 1.0 - ANGLE:
         raise InputError(f'{path}: tool0 is not on axis 6, or does not point along it')
     x2, x3 = (-part / np.linalg.norm(part) for part in (a2, a3))
     x = [np.cross(z[0], z[1]), x2, x3, np.cross(z[3], z[4]), -np.cross(z[4], z[5]), tool[:3, 0]]
@@ -132,16 +133,16 @@ def _dh_frames(z: np.ndarray, p: np.ndarray, tool: np.ndarray,
     return frames, offset
 
 
-def _across(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
+def _perpendicular(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """Return the part of a vector that is perpendicular to an axis."""
     return vector - (vector @ axis) * axis
 
 
-def _meet(p: np.ndarray, z: np.ndarray, q: np.ndarray, w: np.ndarray, which: tuple[int, int],
-          path: Path) -> np.ndarray:
+def _intersection(p: np.ndarray, z: np.ndarray, q: np.ndarray, w: np.ndarray,
+                  which: tuple[int, int], path: Path) -> np.ndarray:
     """Return where two perpendicular axes meet."""
     point = p + ((q - p) @ z) * z
-    gap = float(np.linalg.norm(_across(point - q, w)))
+    gap = float(np.linalg.norm(_perpendicular(point - q, w)))
     if gap > DISTANCE:
         raise InputError(f'{path}: axes {which[0]} and {which[1]} pass each other by {gap:.3g} m; '
                          'the closed form holds where they meet')

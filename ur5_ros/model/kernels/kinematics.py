@@ -42,7 +42,7 @@ def directions(turns):
 
 
 @inlined
-def known(turns, c1, numbers):
+def is_finite(turns, c1, numbers):
     """Return whether the numbers are finite and no angle is too large for its cosine."""
     c2, s2, c23, s23, c234, s234, c5, s5, c6, s6 = turns
     return isfinite(numbers + c1 + c2 + c23 + c234 + c5 + c6)
@@ -56,7 +56,7 @@ def pose(q, k, t):
     for i in range(q.size // 6):
         turns, origins, lines = axes(q, 6 * i, k)
         s1, c1 = sine_cosine(q[6 * i])
-        if not known(turns, c1, total(q, 6 * i)):
+        if not is_finite(turns, c1, total(q, 6 * i)):
             return 1
         w6 = lines[4]
         write_pose(t, 4 * i, c1, s1, directions(turns)[1], w6,
@@ -74,7 +74,7 @@ def links(q, k, t):
         o2, o3, o4, o5 = origins
         c2, s2, c23, s23, c234, s234, c5, s5, c6, s6 = turns
         s1, c1 = sine_cosine(q[6 * i])
-        if not known(turns, c1, total(q, 6 * i)):
+        if not is_finite(turns, c1, total(q, 6 * i)):
             return 1
         x5, x6 = directions(turns)
         w5, w6 = lines[2], lines[4]
@@ -104,7 +104,7 @@ def jacobian(q, k, out):
         turns, origins, lines = axes(q, at, k)
         u3, u4, w5, u5, w6, u6 = lines
         s1, c1 = sine_cosine(q[at])
-        if not known(turns, c1, total(q, at)):
+        if not is_finite(turns, c1, total(q, at)):
             return 1
         p = add_scaled(origins[3], k[D6], w6)
         write_axis(out, at, 0, c1, s1, cross(Y, p), Y)
@@ -125,7 +125,7 @@ def jacobian_rate(q, qd, k, out):
         turns, origins, lines = axes(q, at, k)
         u3, u4, w5, u5, w6, u6 = lines
         s1, c1 = sine_cosine(q[at])
-        if not known(turns, c1, total(q, at) + total(qd, at)):
+        if not is_finite(turns, c1, total(q, at) + total(qd, at)):
             return 1
         p = add_scaled(origins[3], k[D6], w6)
         speeds = velocities(qd, at, lines)

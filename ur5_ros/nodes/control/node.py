@@ -102,14 +102,14 @@ class ControlNode:
         """Answer the states that come; return whether any message has come."""
         messages = self._loop.wait(POLL_PERIOD)
         for number, data in messages:
-            self._hear(number, data)
+            self._dispatch(number, data)
         if self.requests:
             self.requests.serve()
         if self._every_second.due():
             self._report()
         return bool(messages)
 
-    def _hear(self, number: int, data: bytes) -> None:
+    def _dispatch(self, number: int, data: bytes) -> None:
         topic, record, take = self._subscriptions[number]
         try:
             take(record, data)

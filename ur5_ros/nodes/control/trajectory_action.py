@@ -80,7 +80,7 @@ class TrajectoryAction:
             node, action_type, '~/follow_joint_trajectory', lambda goal: action_type.Result(),
             goal_callback=self._begin, handle_accepted_callback=self._accept,
             cancel_callback=lambda goal: CancelResponse.ACCEPT)
-        self._timer = node.create_timer(1.0 / MONITOR_RATE, self._look,
+        self._timer = node.create_timer(1.0 / MONITOR_RATE, self._update,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def close(self) -> None:
@@ -118,7 +118,7 @@ class TrajectoryAction:
         goal.execute()
         self._open.append((goal, *self._begun))
 
-    def _look(self) -> None:
+    def _update(self) -> None:
         """Hand out what has ended, stop what was cancelled, report how far the others are."""
         still_open = []
         for goal, controller, number in self._open:

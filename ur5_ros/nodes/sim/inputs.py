@@ -41,13 +41,13 @@ class SimInputs:
         self._reader = EffortReader([self._prefix + name for name in JOINT_NAMES])
         self.hash = PayloadHash(self._reader.layout)
         self._last = b''
-        self._heard: dict[int, tuple[str, int, Any]] = {}
+        self._subscriptions: dict[int, tuple[str, int, Any]] = {}
         inputs = [('joint_command', self._take_command), ('external_wrench', self._take_wrench)]
         if parameters.forward_commands:
             inputs.insert(1, ('forward_command', self._take_array))
         for role, take in inputs:
             number, record = topics.subscribe(role)
-            self._heard[number] = (topics.names[role], record, take)
+            self._subscriptions[number] = (topics.names[role], record, take)
             if 'command' in role:
                 self.command_topics.append(topics.names[role])
 
@@ -58,7 +58,7 @@ class SimInputs:
             self._dispatch(number, data)
         if self.requests:
             self.requests.serve()
-        if self._loop.asked and self._steps.look(self._simulation):
+        if self._loop.asked and self._steps.update(self._simulation):
             self._gate.resumed()
         return bool(messages)
 
@@ -68,7 +68,7 @@ class SimInputs:
             self._steps.answer(self._simulation)
 
     def _dispatch(self, number: int, data: bytes) -> None:
-        topic, record, take = self._heard[number]
+        topic, record, take = self._subscriptions[number]
         try:
             take(topic, record, data)
         except InputError as error:

@@ -64,7 +64,7 @@ class StepQueue:
         self._loop.watch_service(service)
         self._services.append((service, steps_of, fill))
 
-    def look(self, simulation: Simulation) -> bool:
+    def update(self, simulation: Simulation) -> bool:
         """Accept or refuse the requests that have come; return whether one was accepted."""
         accepted = False
         for service, steps_of, fill in self._services:

@@ -34,7 +34,7 @@ class ContactWatch:
         self._quiet.clear()
         self._steady = []
 
-    def look(self, steps: Sequence['Contacts']) -> list[tuple[str, dict[str, Any]]]:
+    def update(self, steps: Sequence['Contacts']) -> list[tuple[str, dict[str, Any]]]:
         """Take note of a control period."""
         steady = self._steady
         if steady is not None:
