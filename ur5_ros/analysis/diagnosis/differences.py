@@ -1,5 +1,6 @@
 """Which parameters two arms differ in, ranked by the torque that each explains."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -37,8 +38,8 @@ class Difference(NamedTuple):
 
     def words(self) -> str:
         """Return the difference in words."""
-        return (f'{self.parameter} is {_number(self.plant)} {self.unit} instead of '
-                f'{_number(self.law)}')
+        return (f'{_of_link(self.parameter)} is {_number(self.plant)} {self.unit} instead of '
+                f'{_number(self.law)} {self.unit}')
 
 
 class Mending(NamedTuple):
@@ -57,10 +58,16 @@ class Mending(NamedTuple):
                           if each.together > EXPLAINED), len(self.differences) - 1)
         named = [each for i, each in enumerate(self.differences)
                  if i < count or each.parameter.startswith(('gravity', 'geometry'))]
-        rest = ', '.join(each.parameter for each in self.differences if each not in named)
+        rest = ', '.join(_of_link(each.parameter) for each in self.differences
+                         if each not in named)
         share = self.differences[count - 1].together
         return '; '.join(each.words() for each in named) + (
             f' ({share:.2%} of the squared residual; smaller: {rest})' if rest else '')
+
+
+def _of_link(parameter: str) -> str:
+    """Return ``mass of link 3`` for ``mass 3``."""
+    return re.sub(r' (\d)$', r' of link \1', parameter)
 
 
 def differences(law: ArmParameters, plant: ArmParameters, samples: SampleBlocks,
