@@ -13,6 +13,9 @@ from ur5_ros.bag.untyped import declare_by_content
 from ur5_ros.cdr.codec import decode, definitions_of, encode
 from ur5_ros.errors import BagError, InputError
 
+#: Bytes in front of each message, and the largest second one of them (DDS-XTypes 7.6.3.1.2).
+HEADER, LAST_ENCAPSULATION = 4, 0x0b
+
 _STAMPED = 'sensor_msgs/msg/JointState'
 
 
@@ -30,7 +33,7 @@ class Playback(NamedTuple):
     row: np.ndarray
     """Which message of its topic, shape (n,)."""
     remarks: tuple[str, ...] = ()
-    """Topics that are left out or sent in another form, one sentence each."""
+    """What is left out, sent in another form or missing, one sentence each."""
 
     def data(self, i: int) -> bytes:
         """Return message ``i`` as CDR bytes."""
@@ -76,9 +79,13 @@ def load_playback(
         simulated = _clock_of(bag)
         for topic in named:
             columns = ros2_messages(bag, topic, remarks)
-            if columns is not None and len(columns.log_time):
+            if columns is None:
+                continue
+            columns = _without_broken(columns, topic, remarks)
+            if len(columns.log_time):
                 types[topic], found[topic] = bag.topics[topic], columns
                 send_time[topic] = simulated(columns.log_time)
+        remarks += bag.problems
     for topic in topics or ():
         if topic not in types:
             why = ''.join(f' ({remark})' for remark in remarks if topic in remark)
@@ -107,6 +114,23 @@ def ros2_messages(bag: Bag, topic: str, remarks: list[str]) -> RawColumns | None
                        'ROS 2 are sent')
         return _converted(bag, topic)
     return bag.columns(topic)
+
+
+def _without_broken(raw: RawColumns, topic: str, remarks: list[str]) -> RawColumns:
+    """Return messages without those that no subscriber could read: too short, or not CDR."""
+    begins, sizes = raw.offsets[:-1], np.diff(raw.offsets)
+    whole = sizes >= HEADER
+    first = begins[whole]
+    whole[whole] = (raw.data[first] == 0) & (raw.data[first + 1] <= LAST_ENCAPSULATION)
+    if whole.all():
+        return raw
+    remarks.append(f'topic {topic}: {np.sum(~whole)} of {len(whole)} messages are no CDR; they '
+                   'are left out')
+    kept = [raw.data[begin:begin + size] for begin, size in
+            zip(begins[whole].tolist(), sizes[whole].tolist(), strict=True)]
+    return RawColumns(raw.log_time[whole], raw.publish_time[whole],
+                      np.concatenate([*kept, np.zeros(0, np.uint8)]),
+                      np.concatenate([[0], np.cumsum(sizes[whole])]))
 
 
 def _converted(bag: Bag, topic: str) -> RawColumns:

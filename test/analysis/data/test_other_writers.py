@@ -196,3 +196,23 @@ def test_stamps_of_zero_do_not_send_a_replay_at_once(tmp_path, made):
     path = write(tmp_path / 'zero.mcap', [
         (time, data[:4] + bytes(8) + data[12:]) for time, data in arm_messages(made)])
     assert load_playback(path).time[-1] * 1e-9 == pytest.approx(1.398)
+
+
+def test_a_replay_leaves_out_what_no_subscriber_could_read_and_counts_it(tmp_path, made):
+    messages = arm_messages(made)
+    spoiled = {3: b'', 7: b'\0\1', 50: b'\xff' * 200}
+    path = write(tmp_path / 'spoiled.mcap', [
+        (time, spoiled.get(k, data)) for k, (time, data) in enumerate(messages)])
+    played = load_playback(path)
+    assert len(played.time) == 697
+    assert played.remarks[0] == ('topic /joint_states: 3 of 700 messages are no CDR; they are '
+                                 'left out')
+    whole = [data for k, (_, data) in enumerate(messages) if k not in spoiled]
+    assert [played.data(i) for i in range(697)] == whole
+
+
+def test_a_replay_says_what_of_a_bag_is_missing(tmp_path, made):
+    path = write(tmp_path / 'cut.mcap', arm_messages(made))
+    path.write_bytes(path.read_bytes()[:-3000])
+    played = load_playback(path)
+    assert any('unfinished' in remark for remark in played.remarks)
