@@ -23,6 +23,9 @@ from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.regressor import dynamics_regressor
 
+#: Heaviest load that is looked for [kg]: three times what the strongest of the family carries.
+HEAVIEST = 100.0
+
 #: Times that load and factors are fitted in turn.
 LOAD_PASSES = 8
 
@@ -47,8 +50,9 @@ def unlikely_meaning(run: Run, arm: ArmParameters, limit: float) -> Hypothesis |
              _with_load('other_sign', -effort, samples, samples, arm),
              _current_with_load(effort, samples, arm)]
     best = min(found, key=lambda each: each.misfit)
-    if best.misfit <= min(0.5 * limit, 0.5 * CLEARLY_BETTER * found[0].misfit) and (
-            best.meaning != 'current' or is_plausible_current(best)) and best.load > 0.0:
+    likely = 0.0 < best.load <= HEAVIEST and (
+        best.meaning != 'current' or is_plausible_current(best))
+    if likely and best.misfit <= min(0.5 * limit, 0.5 * CLEARLY_BETTER * found[0].misfit):
         return best
     still = _constant_joints(effort, torque_of(samples, arm))
     return Hypothesis('constant', 0.0, joints=tuple(still.tolist())) if len(still) else None
@@ -66,7 +70,14 @@ def _with_load(meaning: str, effort: np.ndarray, samples: SampleBlocks, moved: S
     columns = _load_columns(moved, arm)
     friction = friction_columns(samples)[:, :, None, :] * np.eye(6)[None, :, :, None]
     x = np.concatenate([columns, friction.reshape(*columns.shape[:2], 12)], axis=-1)
-    value, *_ = np.linalg.lstsq(x.reshape(-1, 22), (effort - torque).ravel(), rcond=1e-10)
+    x, y = x.reshape(-1, 22), (effort - torque).ravel()
+    use = np.ones(22, dtype=bool)
+    for _ in range(LOAD_PASSES):
+        value, *_ = np.linalg.lstsq(x * use, y, rcond=1e-10)
+        drives = use & (value < 0.0) & (np.arange(22) >= 10)  # friction drives no joint
+        if not drives.any():
+            break
+        use &= ~drives
     return Hypothesis(meaning, misfit_of(effort, torque + columns @ value[:10], samples),
                       load=float(value[0]))
 

@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.data.run import Run, States
+from ur5_ros.analysis.checks.foreign import effort_check
+from ur5_ros.analysis.data.run import NodeRecord, Run, States
 from ur5_ros.analysis.diagnosis.plant import plant_causes
 from ur5_ros.analysis.validate import validate
 from ur5_ros.config import arm_text
 from ur5_ros.config.arms import load_arm
+from ur5_ros.config.validation import load_marks
 from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.model.parameters import with_payload
 
@@ -146,3 +148,70 @@ def test_a_load_that_was_declared_and_is_not_there_is_named_as_less():
     cause, = plant_causes(swinging(ARM), declared)
     assert cause['kind'] == 'payload' and cause['mass_kg'] == pytest.approx(-2.0, abs=0.02)
     assert '2 +-' in cause['sentence'] and 'less at the tool' in cause['sentence']
+
+
+def alone(joints, effort, seconds=3.0, amplitude=0.3, speed=2.5, noise=0.05):
+    """Return a run that moves some joints, its torque that of the arm and a function's."""
+    t = np.arange(0.0, seconds, 0.002)[:, None]
+    swing = np.where(np.isin(np.arange(6), joints), amplitude, 0.0)
+    w = speed * np.array([1.0, 0.8, 1.2, 1.4, 1.7, 2.0])
+    home = np.array([0.4, -1.5, 1.4, -1.8, -1.2, 0.4])
+    q, qd, qdd = (home + swing * np.sin(w * t), swing * w * np.cos(w * t),
+                  -swing * w**2 * np.sin(w * t))
+    shaken = np.random.default_rng(1).normal(0.0, noise, q.shape)
+    return recorded(q, qd, effort(q, qd, qdd) + shaken, 500.0)
+
+
+def with_rotors(q, qd, qdd):
+    return inverse_dynamics(q, qd, qdd, ARM) + qdd * [2.0, 2.0, 2.0, 0.5, 0.5, 0.5]
+
+
+@pytest.mark.parametrize('noise', [0.0, 0.05])
+def test_no_load_is_named_that_no_arm_could_carry(noise):
+    run = alone([5], with_rotors, noise=noise)
+    found = effort_check(replace(run, control=NodeRecord('ur5e', ARM, {'mode': 'unknown'})),
+                         load_marks())
+    assert 'with a load' not in found.sentence and found.verdict == 'pass', found.sentence
+
+
+@pytest.mark.parametrize('mass', [0.5, 1.2])
+def test_a_gravity_that_is_the_same_by_size_and_direction_is_no_cause(mass):
+    other = replace(ARM, mass=ARM.mass * [1.0, 1.0, mass, 1.0, 1.0, 1.0])
+    run = alone([3, 4, 5], lambda q, qd, qdd: inverse_dynamics(q, qd, qdd, other), noise=0.0)
+    for cause in plant_causes(run, ARM):
+        if 'gravity' in cause:
+            away = np.linalg.norm(np.subtract(cause['gravity'], ARM.gravity))
+            assert away > 1e-3 * 9.81, cause['sentence']
+
+
+@pytest.mark.parametrize('speed, both_ways', [(2.5, True), (0.2, False)])
+def test_friction_of_joints_that_never_turn_back_may_be_an_offset_and_says_so(speed, both_ways):
+    dry = np.array([5.0, 5.0, 5.0, 1.0, 1.0, 1.0])
+    run = alone(range(6), lambda q, qd, qdd: inverse_dynamics(q, qd, qdd, ARM) + dry * np.sign(qd),
+                speed=speed, noise=0.0)
+    cause, = plant_causes(run, ARM)
+    assert cause['kind'] == 'Coulomb friction'
+    assert ('an offset or a load would look the same' in cause['sentence']) is not both_ways
+    assert len(cause.get('one_way', ())) == (0 if both_ways else 6)
+
+
+@pytest.mark.parametrize('speed, known', [(2.5, True), (0.2, False)])
+def test_a_centre_of_mass_that_noise_hides_is_not_named(speed, known):
+    load = with_payload(ARM, 2.0, (0.0, 0.0, 0.1))
+    run = alone(range(6), lambda q, qd, qdd: inverse_dynamics(q, qd, qdd, load), speed=speed,
+                amplitude=0.3 if known else 0.05)
+    cause = next(each for each in plant_causes(run, ARM) if each['kind'] == 'payload')
+    assert cause['mass_kg'] == pytest.approx(2.0, abs=5.0 * cause['mass_error_kg'])
+    assert ('centre of mass at' in cause['sentence']) is known
+    assert known is bool(np.isfinite(cause['com_m']).all())
+    if known:
+        away = np.abs(np.subtract(cause['com_m'], (0.0, 0.0, 0.1)))
+        assert (away < 5.0 * np.array(cause['com_error_m'])).all()
+
+
+def test_a_cause_of_no_certain_size_is_named_as_not_determined():
+    heavier = replace(ARM, mass=1.2 * ARM.mass, inertia=1.2 * ARM.inertia)
+    run = alone(range(6), lambda q, qd, qdd: inverse_dynamics(q, qd, qdd, heavier), speed=0.2,
+                amplitude=0.05)
+    vague = [cause for cause in plant_causes(run, ARM) if cause.get('joints') == {}]
+    assert vague and all('does not determine how much' in cause['sentence'] for cause in vague)

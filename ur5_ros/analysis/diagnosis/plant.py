@@ -33,6 +33,7 @@ from ur5_ros.config import list_arms, load_arm
 from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.regressor import dynamics_regressor
+from ur5_ros.signals import JOINT_NAMES
 
 #: A cause must explain this share of the unexplained torque, squared; more where the plant's time
 #: step is not that of the recording, or there is noise.
@@ -49,6 +50,12 @@ SMALL_EXACT, SMALL_MEASURED = 1e-6, 0.02
 
 #: How far a real robot's gravity may be from none, the arm's own, or twice that, as a share.
 POSSIBLE = 0.02
+
+#: Less than this is another gravity by rounding: its turn [rad], and the change of its size.
+TURNED, CHANGED = np.radians(1.0), 5e-4
+
+#: Kinds of friction that are the same torque as long as a joint turns one way.
+ONE_WAY = ('Coulomb friction', 'load-dependent friction', 'Stribeck friction')
 
 #: What a cause says that is not found from what a real robot would have recorded.
 EXACT = 'from the exact states, which are recorded beside the measured ones'
@@ -105,6 +112,8 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     if rests and (len(fit.names) > 1 or fit.left > LEFT_AT_REST):
         return [unexplained(1.0, True)]
     found = sentences_of(fit, causes)
+    if run.sim is None:
+        found = [_with_one_way(cause, samples) for cause in found]
     for cause in found:
         if cause['kind'] == STRIBECK:
             cause |= {'velocity': velocity, 'sentence': f'{cause["sentence"]}; it has fallen to '
@@ -118,9 +127,28 @@ def _is_gravity_possible(fit: Fit, causes: Causes) -> bool:
     """Return whether a gravity among the causes is one that a real robot can have or count."""
     if 'gravity' not in fit.names:
         return True
-    own = float(np.linalg.norm(causes.arm.gravity))
-    times = np.linalg.norm(causes.arm.gravity + fit.value[fit.part('gravity', causes)]) / own
-    return bool(min(abs(times - known) for known in (0.0, 1.0, 2.0)) < POSSIBLE)
+    gravity = causes.arm.gravity
+    found = gravity + fit.value[fit.part('gravity', causes)]
+    own, size = float(np.linalg.norm(gravity)), float(np.linalg.norm(found))
+    if min(abs(size / own - known) for known in (0.0, 1.0, 2.0)) >= POSSIBLE:
+        return False
+    cosine = float(found @ gravity) / max(size * own, 1e-300)
+    return cosine < np.cos(TURNED) or abs(size / own - 1.0) > CHANGED
+
+
+def _with_one_way(cause: dict[str, Any], samples: SampleBlocks) -> dict[str, Any]:
+    """Return a cause of friction with the joints that never turn back: an offset looks like it."""
+    if cause['kind'] not in ONE_WAY:
+        return cause
+    speed = np.where(sliding(samples), samples.qd.mean(axis=1), 0.0)
+    back = (speed > 0.0).any(axis=0) & (speed < 0.0).any(axis=0)
+    names = [name for name, turns in zip(JOINT_NAMES, back, strict=True)
+             if name in cause['joints'] and not turns]
+    if not names:
+        return cause
+    return {**cause, 'one_way': names,
+            'sentence': f'{cause["sentence"]}; an offset or a load would look the same where the '
+            f'motion is in one direction: {", ".join(names)}'}
 
 
 def _choose(samples: SampleBlocks, causes: Causes, least: float) -> tuple[Fit, Causes, float]:

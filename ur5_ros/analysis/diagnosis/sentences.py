@@ -13,6 +13,9 @@ PRECISION = 1e-9
 #: What a mass may be uncertain by before it is not named, as a share of it.
 VAGUE = 0.5
 
+#: What a centre of mass may be uncertain by before it is not named [m].
+VAGUE_CENTRE = 0.05
+
 _UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2',
           'load-dependent friction': '1', 'Stribeck friction': 'N m'}
 
@@ -58,9 +61,10 @@ def _payload(value, error, determined) -> dict[str, Any]:
                 'sentence': 'a load at the tool explains it, but this motion does not determine '
                 'its mass; turn the wrists to several poses'}
     com = value[1:4] / mass
+    com_error = np.hypot(error[1:4], com * error[0]) / abs(mass)
     com = np.where(np.abs(com) > PRECISION, com, 0.0)
     place, unknown = ', '.join(f'{x:.3g}' for x in com), ''
-    if not determined[1:4].all():
+    if not determined[1:4].all() or com_error.max() > VAGUE_CENTRE:
         place, com = '', np.full(3, np.nan)
         unknown = '; this motion does not determine its centre of mass, turn the wrists'
     where = f', centre of mass at [{place}] m in tool0' if place else unknown
@@ -68,7 +72,7 @@ def _payload(value, error, determined) -> dict[str, Any]:
              if mass > 0.0 else f"{-mass:.4g} +- {error[0]:.1g} kg less at the tool than the "
              "law's arm has")
     return {'kind': 'payload', 'mass_kg': mass, 'mass_error_kg': float(error[0]),
-            'com_m': com.tolist(), 'sentence': words + where}
+            'com_m': com.tolist(), 'com_error_m': com_error.tolist(), 'sentence': words + where}
 
 
 def _gravity(value, error, determined, arm) -> dict[str, Any]:
@@ -107,6 +111,10 @@ def _per_joint(name, value, error) -> dict[str, Any]:
     unit = _UNITS[name]
     what = 'rotor inertia (armature)' if name == 'armature' else name
     listed = ', '.join(f'{JOINT_NAMES[i]} {value[i]:.4g} +- {error[i]:.1g}' for i in sure)
+    if not listed:
+        return {'kind': name, 'joints': {}, 'determined': False,
+                'sentence': f'{what} explains it, but this motion does not determine how much; '
+                'move every joint fast, and back'}
     return {'kind': name, 'joints': {JOINT_NAMES[i]: {'value': float(value[i]),
                                                        'error': float(error[i])} for i in sure},
-            'sentence': f"{what} that the law's arm does not have [{unit}]: {listed or 'slight'}"}
+            'sentence': f"{what} that the law's arm does not have [{unit}]: {listed}"}
