@@ -141,7 +141,7 @@ def _with_one_way(cause: dict[str, Any], samples: SampleBlocks) -> dict[str, Any
     if cause['kind'] not in ONE_WAY:
         return cause
     speed = np.where(sliding(samples), samples.qd.mean(axis=1), 0.0)
-    back = (speed > 0.0).any(axis=0) & (speed < 0.0).any(axis=0)
+    back = np.logical_and((speed > 0.0).any(axis=0), (speed < 0.0).any(axis=0)).tolist()
     names = [name for name, turns in zip(JOINT_NAMES, back, strict=True)
              if name in cause['joints'] and not turns]
     if not names:
