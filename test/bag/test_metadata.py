@@ -1,6 +1,7 @@
 """metadata.yaml missing, wrong or hostile: rebuilt, cross-checked or refused."""
 
 import os
+import re
 
 import pytest
 import yaml
@@ -30,6 +31,20 @@ def problems_of(folder):
     assert len(bag.joint_states('/joint_states').stamp) == 200
     assert all('\n' not in problem for problem in bag.problems)
     return '; '.join(bag.problems)
+
+
+def test_a_description_that_rosbag2_has_written_again_is_the_same(recorded):
+    """`ros2 bag reindex` keeps custom_data, in another order and without quotes."""
+    path = recorded.folder / 'metadata.yaml'
+    data = yaml.safe_load(path.read_text())
+    custom = data['rosbag2_bagfile_information']['custom_data']
+    assert custom and problems_of(recorded.folder) == ''
+    data['rosbag2_bagfile_information']['custom_data'] = dict(sorted(custom.items()))
+    text = yaml.safe_dump(data, sort_keys=False, width=10**6)
+    unquoted = re.sub(r"^(    \w+: )'(\w+)'$", r'\1\2', text, flags=re.MULTILINE)
+    assert unquoted != text
+    path.write_text(unquoted)
+    assert problems_of(recorded.folder) == ''
 
 
 @pytest.mark.parametrize('name', ['../bag/bag_0.mcap', '/etc/passwd', 'sub/bag_0.mcap', '..', '',

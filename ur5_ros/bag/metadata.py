@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import yaml
 
 from ur5_ros.config.records import Meta, Record, validate
-from ur5_ros.config.strict_yaml import read_yaml
+from ur5_ros.config.strict_yaml import read_text, read_yaml
 from ur5_ros.errors import BagError, InputError
 
 NAME = 'metadata.yaml'
@@ -175,6 +175,7 @@ def read_metadata(folder: Path) -> Information:
     if not isinstance(data, dict) or not isinstance(data.get('rosbag2_bagfile_information'), dict):
         raise BagError(f'{path}: no rosbag2_bagfile_information in it; remove the file and repair '
                        'the bag with: ur5 recover')
+    _keep_texts(path, data['rosbag2_bagfile_information'])
     try:
         found = validate(Information, data['rosbag2_bagfile_information'], str(path))
     except InputError as error:
@@ -191,3 +192,11 @@ def read_metadata(folder: Path) -> Information:
     if len(set(names)) != len(names):
         raise BagError(f'{path}: names a file twice')
     return found
+
+
+def _keep_texts(path: Path, information: dict[str, Any]) -> None:
+    """Take texts in custom_data for texts: rosbag2 writes none of them in quotes."""
+    custom = information.get('custom_data')
+    if isinstance(custom, dict) and not all(isinstance(each, str) for each in custom.values()):
+        plain = yaml.load(read_text(path), Loader=yaml.BaseLoader)
+        information['custom_data'] = plain['rosbag2_bagfile_information']['custom_data']
