@@ -37,6 +37,7 @@ from ur5_ros.loop.run_config import run_config
 
 #: A law that counts its calls and lets the arm hang.
 COUNTING = """
+import time
 from ur5_ros import dynamics_terms
 
 class Law:
@@ -48,6 +49,7 @@ class Law:
         {body}
         return dynamics_terms(state.q + self.arm.angle_offset, state.qd, self.arm)[2]
 """
+ENDLESS = 'while self.calls > 300: time.sleep(9)'
 RIGHT = """M, C, g = dynamics_terms(state.q + self.arm.angle_offset, state.qd, self.arm)
         a = (reference.qdd - self.gains.kd @ (state.qd - reference.qd)
              - self.gains.kp @ (state.q - reference.q))
@@ -182,7 +184,7 @@ def test_a_file_whose_import_is_wrong_is_refused_in_one_line_by_its_own_process(
 
 
 @pytest.mark.parametrize(('body', 'words'), [
-    ('while self.calls > 300: pass', 'too late: no result after 5 s'),
+    (ENDLESS, 'too late: no result after 5 s'),
     ('if self.calls > 300: import os; os.abort()', r'ended by signal 6 \(SIGABRT\)'),
     ('if self.calls > 300: self.kept = bytearray(2**30)', 'MemoryError|512 MB'),
 ])
@@ -198,7 +200,7 @@ def test_a_law_that_breaks_in_the_middle_of_a_run_is_a_row_and_harms_no_other(
 
 def test_a_law_that_never_ends_survives_no_payload_and_no_delay(tmp_path, monkeypatch):
     monkeypatch.setattr(limited_job, 'RUNS_OF_A_SEARCH', 1)
-    mine = probed_entry(law_file(tmp_path, COUNTING.format(body='while self.calls > 300: pass')))
+    mine = probed_entry(law_file(tmp_path, COUNTING.format(body=ENDLESS)))
     row = do_jobs([(0, Job(mine._replace(timeout=4.0), 'delay', 0, True))])[0]
     assert not row['survived'] and row['why'].startswith('too late') and row['largest'] is None
     assert border_text({'delay': row['largest']}, 'delay') == '-'
@@ -236,7 +238,7 @@ def test_what_the_search_writes_is_what_the_bench_reads_and_draws(tmp_path):
 
 def test_the_command_makes_table_and_report_in_a_minute_whatever_a_law_of_a_file_does(tmp_path):
     began = time.monotonic()
-    endless = law_file(tmp_path, COUNTING.format(body='while self.calls > 300: pass'))
+    endless = law_file(tmp_path, COUNTING.format(body=ENDLESS))
     done = Command(tmp_path)('bench', '--quick', '--law', endless, '--law-timeout', '8')
     assert done.code == 0, done.err
     assert 'my_law.py: too late: no result after 8 s; an endless loop? (2 of' in done.out

@@ -115,16 +115,16 @@ WRONG = [
 
 
 def test_wrong_targets_are_refused_and_the_arm_holds(arm):
+    told = arm.watcher.hear(DiagnosticArray, '/diagnostics', publishers=2)
+    wait_until(lambda: len(told) > 2, 'diagnostics')
     for topic, message, said in WRONG:
-        told = arm.watcher.hear(DiagnosticArray, '/diagnostics')
         key = f'/ur5_control/{topic}: refused'
 
-        def count(told=told, key=key):
+        def count(key=key):
             found = [int(pair.value) for message in told[-2:]
                      for pair in message.status[0].values if pair.key == key]
             return found[-1] if found else 0
 
-        wait_until(lambda told=told: len(told) > 2, 'diagnostics')
         before = count()
         arm.watcher.publisher(type(message), f'/ur5_control/{topic}').publish(message)
         wait_until(lambda before=before: count() > before, f'{topic} refused')
