@@ -1,4 +1,4 @@
-"""Real-time scheduling is the loop's alone, and a node without the right runs on without it."""
+"""Real-time scheduling is for the loop and what it waits for; without the right a node runs on."""
 
 import os
 import sys
@@ -18,26 +18,47 @@ os.execv(sys.executable, [sys.executable, '-m', 'ur5_ros.nodes.sim_node', *sys.a
 """
 
 
-def policies(pid):
-    """Return the scheduling policies of the loop, of the receiving threads, and of the others."""
-    found = {'loop': set(), 'receiving': set(), 'other': set()}
+def priorities(pid):
+    """Return the priorities of the loop, of the middleware's threads, and of Python's others."""
+    found = {'loop': [], 'receiving': [], 'middleware': [], 'python': []}
     for task in Path(f'/proc/{pid}/task').iterdir():
-        name = (task / 'comm').read_text()
-        part = ('loop' if task.name == str(pid) else
-                'receiving' if name.startswith(('dds.udp', 'dds.shm.7')) else 'other')
-        found[part].add(os.sched_getscheduler(int(task.name)) & ~os.SCHED_RESET_ON_FORK)
+        name, number = (task / 'comm').read_text(), int(task.name)
+        part = ('loop' if number == pid else
+                'receiving' if name.startswith(('dds.udp', 'dds.shm.7')) else
+                'middleware' if name.startswith('dds') else 'python')
+        realtime = os.sched_getscheduler(number) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO
+        found[part].append(os.sched_getparam(number).sched_priority if realtime else 0)
+    found['python'] = sorted(filter(None, found['python']))  # those of a tracer are nobody's
     return found
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root may give real-time priorities here')
 @pytest.mark.parametrize('node', ['sim', 'control'])
-def test_the_loop_and_what_hands_it_messages_have_the_priority_and_nothing_else(ros, node):
+def test_the_loop_has_the_priority_and_what_has_the_interpreter_beside_it_one_less(ros, node):
     process = ros.start(node, realtime_priority=20, bag='')
     process.says('runs with real-time priority 20')
-    assert policies(process.pid) == {'loop': {os.SCHED_FIFO}, 'receiving': {os.SCHED_FIFO},
-                                     'other': {os.SCHED_OTHER}}
+    found = priorities(process.pid)
+    assert found['loop'] == [20] and set(found['receiving']) == {20}
+    assert set(found['middleware']) == {0} and set(found['python']) == {19}
     assert int((Path(f'/proc/{process.pid}/status').read_text().split('VmLck:')[1]).split()[0]) > 0
     assert process.stop() == 0, process.text
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='only root may give real-time priorities here')
+def test_bags_are_written_with_a_priority_too_whenever_they_are_opened(ros):
+    control = ros.start('control', realtime_priority=20)
+    control.says('runs with real-time priority 20')
+    before = priorities(control.pid)['python']
+    sims = {}
+    for bag in ('', 'auto'):
+        sims[bag] = ros.start('sim', lockstep=False, bag=bag, realtime_priority=20)
+        sims[bag].says('runs with real-time priority 20')
+        sims[bag] = len(priorities(sims[bag].pid)['python'])
+        assert ros.processes[-1].stop() == 0
+    control.says('recording ')
+    assert priorities(control.pid)['python'] == [*before, 19]
+    assert sims['auto'] == sims[''] + 1
+    assert control.stop() == 0, control.text
 
 
 def test_without_the_right_one_line_names_the_way_and_the_node_runs(ros):

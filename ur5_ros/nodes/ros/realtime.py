@@ -2,11 +2,14 @@
 
 import ctypes
 import os
+import threading
 from pathlib import Path
 from typing import Any
 
 #: How Fast DDS names the threads that receive messages.
 _RECEIVERS = ('dds.udp.', 'dds.shm.')
+#: What a thread with it starts does not get it too.
+_POLICY = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
 #: From sys/mman.h: lock what is mapped now, and what will be.
 _MCL_CURRENT, _MCL_FUTURE = 1, 2
 
@@ -15,18 +18,20 @@ def use_realtime(priority: int, logger: Any) -> None:
     """
     Schedule the loop by SCHED_FIFO and lock the memory of its process.
 
-    The loop is the calling thread and those of the middleware that hand it messages; all others,
-    also later ones, are scheduled as before.  Without the rights the node runs on
-    with ordinary scheduling, and one line of the log names them.
+    The loop is the calling thread and those of the middleware that hand it messages.  The other
+    threads of Python, of which one writes the bag, get a priority of one less: where a thread that
+    has the interpreter waits for a processor, the loop waits too.  All others, also later ones,
+    are scheduled as before.  Without the rights the node runs on with ordinary scheduling, and
+    one line of the log names them.
 
     ``priority``: 1 to 99, the highest; 0 changes nothing.
     """
     if not priority:
         return
     try:
-        for thread in (0, *_receivers()):
-            os.sched_setscheduler(thread, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK,
-                                  os.sched_param(priority))
+        for number in (0, *_receivers()):
+            os.sched_setscheduler(number, _POLICY, os.sched_param(priority))
+        prioritize_threads()
     except OSError as error:
         logger.warning(
             f'realtime_priority {priority}: {error.strerror}; the loop runs without it. To get '
@@ -37,6 +42,16 @@ def use_realtime(priority: int, logger: Any) -> None:
         logger.warning(f'realtime_priority {priority}: memory cannot be locked '
                        f'({os.strerror(ctypes.get_errno())}); raise the limit memlock')
     logger.info(f'the loop runs with real-time priority {priority}')
+
+
+def prioritize_threads() -> None:
+    """Give threads of Python that were started since theirs, where the calling one has one."""
+    if os.sched_getscheduler(0) != _POLICY:
+        return
+    below = os.sched_param(max(1, os.sched_getparam(0).sched_priority - 1))
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread() and thread.native_id:
+            os.sched_setscheduler(thread.native_id, _POLICY, below)
 
 
 def _receivers() -> list[int]:

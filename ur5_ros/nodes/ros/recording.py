@@ -10,6 +10,7 @@ from ur5_ros.bag.run_folders import BAGS
 from ur5_ros.bag.writer import BagWriter
 from ur5_ros.config.topics import NEWEST, Qos
 from ur5_ros.errors import InputError
+from ur5_ros.nodes.ros.realtime import prioritize_threads
 
 #: Messages kept while the run's name is not known yet: half a minute of a 1 kHz loop.
 MOST_BUFFERED = 200_000
@@ -73,6 +74,7 @@ class Recording:
         if not self.where:
             return
         self._writer = BagWriter(self._new_folder(run), description, *self._split)
+        prioritize_threads()  # the writer's: this one waits for it where both need the interpreter
         for topic in self._topics:
             self._writer.topic(*topic)
         for message in self._buffer:
