@@ -48,7 +48,7 @@ UNLOADED, LOADED = 'ur-20_02_19_14harm50sec.csv', 'ur-20_02_19_14harm50secLoad.c
 OTHER_UNLOADED = 'ur-20_02_19_15harm50sec.csv'
 
 #: Load of the guided UR5e, which its own log declares [kg]; and time for an excitation [s].
-GUIDED_LOAD, SEARCH = 1.28, 120.0
+GUIDED_LOAD, SEARCH = 1.28, 60.0
 
 #: What the recordings' page says: torque [N m], current [A], Coulomb friction of the UR10 [N m].
 TORQUE_BARS = (0.13, 0.18, 0.09, 0.015, 0.012, 0.008)
