@@ -18,6 +18,8 @@ INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation
 PYTEST := $(BIN)/python -m pytest
 ARGS ?=
 CORES := $(shell nproc)
+# tests that wait for nodes leave a core to others
+WORKERS := $(shell echo $$(($(CORES) + 1)))
 # one look into each room, and both nodes once
 QUICK := test/config test/cdr test/control/test_law.py test/control/test_experiments.py test/model/test_dynamics.py \
 	test/model/test_kinematics.py test/sim/test_plant.py test/sim/test_command_gate.py test/loop \
@@ -66,7 +68,7 @@ types: setup-all  ## mypy
 	$(BIN)/mypy
 
 test: lint types  ## linters, types, import contracts, every test
-	$(PYTEST) -q -n $(CORES) --dist loadfile --no-loadscope-reorder -m 'not browser' $(ARGS) </dev/null
+	$(PYTEST) -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m 'not browser' $(ARGS) </dev/null
 
 test-quick: lint types  ## what a change usually breaks, in two minutes
 	$(PYTEST) -q -n $(CORES) --dist loadfile $(QUICK) $(ARGS) </dev/null

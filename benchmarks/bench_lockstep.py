@@ -37,7 +37,7 @@ def lockstep(seconds: float, control_rate: int = 1000,
 def main() -> None:
     """Measure and keep the table."""
     options = arguments(__doc__, REPEATS).parse_args()
-    seconds, trips = (2.0, 300) if options.quick else (10.0, TRIPS)
+    seconds, trips = (0.5, 100) if options.quick else (10.0, TRIPS)
     core, quiet = last_core(), lockstep_cores() == CORE_EACH
     figures = interleave({
         'loop, a core each': lambda: lockstep(seconds, cores=CORE_EACH),

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from ros_processes import processes_with, wait_until
+from thorough import times
 
 from ur5_ros.launcher.node_processes import private_environment
 
@@ -58,9 +59,11 @@ def test_every_benchmark_has_a_quick_mode(monkeypatch, capsys):
         assert end.value.code == 0 and '--quick' in capsys.readouterr().out, script.name
 
 
-@pytest.mark.parametrize('script', [
-    'bench_laws', 'bench_lockstep', 'bench_paced', 'bench_profile', 'bench_recording',
-    'bench_scaling', 'bench_start', 'bench_sweep', 'ping_pong', 'soak', 'sweep_proof'])
+@pytest.mark.thorough
+@pytest.mark.parametrize('script', times(
+    ['bench_laws', 'bench_lockstep', 'bench_recording', 'ping_pong', 'sweep_proof'],
+    ['bench_laws', 'bench_lockstep', 'bench_paced', 'bench_profile', 'bench_recording',
+     'bench_scaling', 'bench_start', 'bench_sweep', 'ping_pong', 'soak', 'sweep_proof']))
 def test_a_benchmark_that_is_killed_leaves_no_process_behind(script, tmp_path):
     mark = f'MARK={tmp_path}'
     command = [sys.executable, str(FOLDER / f'{script}.py'),
