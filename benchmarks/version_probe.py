@@ -203,10 +203,10 @@ def run_nodes(seconds: float, general: bool) -> tuple[float, dict[str, float]]:
         folder = Path(name)
         files = {node: folder / f'{node}.npy' for node in MODULES}
 
-        def start_timed(self: Any, node: str, module: str, parameters: Any) -> None:
+        def start_timed(self: Any, node: str, module: str, parameters: Any, **more: Any) -> None:
             self.environment['PYTHONPATH'] = str(Path(__file__).parent)
             self.environment[NODE] = json.dumps([node, str(files[node]), general])
-            start(self, node, 'version_probe', parameters)
+            start(self, node, 'version_probe', parameters, **more)
 
         if general:
             NodeProcesses.start = start_timed

@@ -6,15 +6,16 @@ q_UR + ``arm.angle_offset``.
 """
 
 import numpy as np
+from numpy import empty
 
-from ur5_ros.model.kernels.arguments import state_function
+from ur5_ros.model.kernels.arguments import apply, state_function
 from ur5_ros.model.kernels.dynamics import gravity, inertia, inverse, terms
 from ur5_ros.model.kernels.forward_dynamics import forward
 from ur5_ros.model.parameters import ArmParameters
 
-_inertia = state_function(inertia, ['q'], (6, 6))
+_MATRIX = (6, 6)
+_inertia = state_function(inertia, ['q'], _MATRIX)
 _gravity = state_function(gravity, ['q'], (6,))
-_terms = state_function(terms, ['q', 'qd'], (6, 6), (6, 6), (6,))
 _inverse = state_function(inverse, ['q', 'qd', 'qdd'], (6,))
 _forward = state_function(forward, ['q', 'qd', 'tau'], (6,))
 
@@ -160,7 +161,13 @@ def dynamics_terms(
     True
 
     """
-    m, c, g = _terms(arm, q, qd)
+    m, c, g = empty(_MATRIX), empty(_MATRIX), empty(6)
+    try:
+        if terms.single(q, qd, arm.constants, m, c, g) == 0:
+            return m, c, g
+    except TypeError:  # as in state_function
+        pass
+    m, c, g = apply(terms, ['q', 'qd'], (q, qd), arm, _MATRIX, _MATRIX, (6,))
     return m, c, g
 
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from ur5_ros.config import load_arm
 from ur5_ros.model import dynamics, energy, kinematics
 from ur5_ros.model.kernels import compiled
 from ur5_ros.model.kernels.base_parameters import pack
+from ur5_ros.model.kernels.kept import compiled_sources, seem_kept
 
 FUNCTIONS = [
     (kinematics.forward_kinematics, 1, (4, 4)), (kinematics.link_transforms, 1, (6, 4, 4)),
@@ -224,10 +226,26 @@ def test_a_damaged_cache_does_no_harm(filled, cache):
     assert run(CALL, NUMBA_CACHE_DIR=str(cache)).strip() == wanted
 
 
+def test_kernels_count_as_kept_while_no_file_that_is_compiled_is_newer(tmp_path, monkeypatch):
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+    module = Path('sim/some_kernel.py')
+    kept = tmp_path / 'sim_0' / 'some_kernel.f-1.nbi'
+    kept.parent.mkdir()
+    assert not seem_kept(module)
+    kept.touch()
+    newest = max(path.stat().st_mtime for path, _ in compiled_sources())
+    for second, expected in ((1.0, True), (-1.0, False)):
+        os.utime(kept, (newest + second,) * 2)
+        assert seem_kept(module) is expected
+    compiled_names = {path.name for path, _ in compiled_sources()}
+    assert {'integrator_kernel.py', 'compiled.py'} <= compiled_names
+    assert 'plant.py' not in compiled_names
+
+
 def test_a_changed_source_file_makes_the_cache_stale(monkeypatch):
     before = compiled.source_digest()
-    reads = type(compiled.Path()).read_bytes
-    monkeypatch.setattr(type(compiled.Path()), 'read_bytes', lambda path: reads(path) + b' ')
+    reads = type(Path()).read_bytes
+    monkeypatch.setattr(type(Path()), 'read_bytes', lambda path: reads(path) + b' ')
     compiled.source_digest.cache_clear()  # read once in a process
     assert compiled.source_digest() != before
     compiled.source_digest.cache_clear()

@@ -30,41 +30,33 @@ def finite_array(name: str, value: Any, tail: tuple[int, ...]) -> np.ndarray:
     return array
 
 
-def state_function(kernel: Kernel, names: Sequence[str], *tails: tuple[int, ...],
-                   ) -> Callable[..., Any]:
+def state_function(kernel: Kernel, names: Sequence[str], tail: tuple[int, ...],
+                   ) -> Callable[..., np.ndarray]:
     """
     Return the function of an arm and joint vectors that a kernel computes.
 
     ``names``: the arguments, each of shape (..., 6).  Returned: takes an arm and the arguments;
-    returns an array of shape (..., *tail), a list of them where there are several outputs.  Its
-    errors name the argument.
+    returns an array of shape (..., *tail).  Its errors name the argument.
     """
-    tail = tails[0]
-
-    def one(arm: ArmParameters, *given: Any) -> np.ndarray:
+    def function(arm: ArmParameters, *given: Any) -> np.ndarray:
         output = empty(tail)
         try:
             if kernel.single(*given, arm.constants, output) == 0:
                 return output
         except TypeError:  # many states, other types, or not compiled yet
             pass
-        return _apply(kernel, names, given, arm, tails)[0]
+        return apply(kernel, names, given, arm, tail)[0]
 
-    def several(arm: ArmParameters, *given: Any) -> list[np.ndarray]:
-        outputs = [empty(tail) for tail in tails]
-        try:
-            if kernel.single(*given, arm.constants, *outputs) == 0:
-                return outputs
-        except TypeError:
-            pass
-        return _apply(kernel, names, given, arm, tails)
-
-    return one if len(tails) == 1 else several
+    return function
 
 
-def _apply(kernel: Kernel, names: Sequence[str], given: Sequence[Any], arm: ArmParameters,
-           tails: Sequence[tuple[int, ...]]) -> list[np.ndarray]:
-    """Broadcast the leading dimensions and run the kernel over all states."""
+def apply(kernel: Kernel, names: Sequence[str], given: Sequence[Any], arm: ArmParameters,
+          *tails: tuple[int, ...]) -> list[np.ndarray]:
+    """
+    Run a kernel over all states, their leading dimensions broadcast; return its outputs.
+
+    ``given``: the arguments, each of shape (..., 6); ``tails``: shape of an output for one state.
+    """
     arrays = [finite_array(name, value, (6,)) for name, value in zip(names, given, strict=True)]
     try:
         lead = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))

@@ -5,7 +5,6 @@ import threading
 from collections.abc import Callable, Sequence
 from functools import cache
 from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ except ImportError:  # not public: it may go
     rtsys = None  # type: ignore[assignment]
 
 from ur5_ros.model.kernels.compile_notice import announce
+from ur5_ros.model.kernels.kept import compiled_sources
 
 #: Argument types of kernels: inputs may be read-only (R) and outputs are written (W).
 R1 = types.Array(types.float64, 1, 'C', readonly=True)
@@ -162,15 +162,7 @@ def _compile(function: Callable[..., int], signature: Any, nogil: bool) -> Calla
 @cache
 def source_digest() -> str:
     """Return a digest of all files whose functions are compiled."""
-    digest = sha256()
-    here = Path(__file__).parent
-    # the simulator's kernels call functions in other files of theirs as well
-    for path in sorted([*here.glob('*.py'), *(here.parents[1] / 'sim').rglob('*.py')]):
-        text = path.read_bytes()
-        if path.name in ('compiled.py', 'base_parameters.py') or b'\n@inlined' in text or (
-                b'\n@kernel' in text):
-            digest.update(text)
-    return digest.hexdigest()
+    return sha256(b''.join(text for _, text in compiled_sources())).hexdigest()
 
 
 def limit_threads(number: int) -> None:

@@ -1,6 +1,7 @@
-"""Whether kernels lie compiled on disk, asked without Numba, which takes longer to load."""
+"""Which files are compiled, and whether that is done; without Numba, which takes long to load."""
 
 import os
+from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
@@ -16,9 +17,18 @@ def seem_kept(module: Path) -> bool:
     Those of another processor, or of another Numba, are taken for kept as well; they are compiled
     when they are used.
     """
-    newest = max(path.stat().st_mtime for folder in _SOURCES for path in folder.rglob('*.py'))
+    newest = max(path.stat().st_mtime for path, _ in compiled_sources())
     kept = chain.from_iterable(folder.glob(f'{module.stem}.*.nbi') for folder in _folders(module))
     return any(path.stat().st_mtime > newest for path in kept)
+
+
+def compiled_sources() -> Iterator[tuple[Path, bytes]]:
+    """Yield every file whose functions are compiled, or that tells how, and its content."""
+    for path in sorted(chain.from_iterable(folder.rglob('*.py') for folder in _SOURCES)):
+        text = path.read_bytes()
+        if path.name in ('compiled.py', 'base_parameters.py') or b'\n@inlined' in text or (
+                b'\n@kernel' in text):
+            yield path, text
 
 
 def _folders(module: Path) -> list[Path]:
