@@ -229,6 +229,7 @@ def test_two_simulators_under_one_name_are_reported_and_damage_no_recording(ros)
     second = ros.start('sim')
     second.says('recorded in')
     goes_on(states, 1000)
+    control.says('keep one of them')
     for process in (second, first, control):
         assert process.stop() == 0, process.text
     for bag in (ros.folder / 'bags').glob('*/sim'):

@@ -89,6 +89,7 @@ def test_a_restart_of_either_node_is_followed(ros, lockstep, times, record_prope
     assert max(np.abs(np.subtract(state.position, start.position)).max()
                for state in pair.states) < 0.02
     assert pair.lines() <= MOST_LINES * (number + 2)
+    assert not any('keep one of them' in node.text for node in ros.processes), 'one was killed'
     bags = sorted((ros.folder / 'bags').glob('*/*'))
     simulators = [bag for bag in bags if bag.name == 'sim']
     controllers = [bag for bag in bags if bag.name.startswith('control')]

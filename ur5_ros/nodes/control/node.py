@@ -45,6 +45,9 @@ POLL_PERIOD = 0.05
 RESULT_TIMEOUT = 0.3
 #: A simulator names its run every second; after this wall time the run is over [s].
 NAME_TIMEOUT = 2.5
+#: Two robots count when so many looks in a row, a second apart, find them: for two seconds the
+#: middleware lists one that was killed.
+CROWDED_LOOKS = 4
 #: Wall time after the first state in which a run may still be named [s].
 NAMING_TIME = 5.0
 
@@ -85,7 +88,7 @@ class ControlNode:
         self._run_name, self._named_at = '', 0.0
         self._started_with = controller.parameters
         self._changes: list[dict[str, Any]] = []
-        self._robots = 0
+        self._crowded, self._two_robots = 0, False
         self._reported_rate = 0.0
         self._every_second = EverySecond()
         self._waiting_line = Throttle(WAITING_PERIOD)
@@ -199,12 +202,14 @@ class ControlNode:
         found = incompatible_publishers(self.node, self._topics)
         states = self._names['joint_states']
         robots = [each.node_name for each in self.node.get_publishers_info_by_topic(states)]
-        if len(robots) > 1:
+        self._crowded = self._crowded + 1 if len(robots) > 1 else 0
+        crowded = self._crowded >= CROWDED_LOOKS
+        if crowded:
             found.append((states, 'two robots',
                           f'published by {", ".join(sorted(robots))}; keep one of them'))
 
         def report_found() -> None:
-            self._robots = len(robots)
+            self._two_robots = crowded
             for sentence in found:
                 self.refusals.add(*sentence)
 
@@ -222,7 +227,7 @@ class ControlNode:
         level, word, values = self.cycle.report()
         values['last_refusal'] = self.refusals.last or values['last_refusal']
         values |= self.counters() | {'bag_lost': self.recording.lost}
-        self.outputs.diagnostics(self.cycle.stamp, ERROR if self._robots > 1 else level, word,
+        self.outputs.diagnostics(self.cycle.stamp, ERROR if self._two_robots else level, word,
                                  values)
 
     def _log_waiting(self) -> None:
