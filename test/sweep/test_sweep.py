@@ -336,6 +336,12 @@ def test_tasks_are_neither_tiny_nor_long():
     assert batch_size(spec_of('name: long\nduration: 600.0\n')) == 1
 
 
+def test_rates_of_lists_stand_in_the_order_of_their_numbers():
+    table = polars.DataFrame({'control.kp': ['[100.0]', '[10.0]', '[50.0]', None],
+                              'success': [True, False, True, True]})
+    assert list(rates_by(table, 'control.kp')) == ['[10.0]', '[50.0]', '[100.0]', None]
+
+
 def test_rates_have_wilsons_interval():
     # Brown, Cai, DasGupta 2001, Statistical Science 16, p. 108: x = 0, n = 10 gives [0, 0.2775]
     none = rate_of(10, 0)
@@ -416,7 +422,7 @@ def test_the_page_of_a_random_sweep_has_scatters_intervals_units_and_short_numbe
     folder.add([row_of(spec, run, None) for run in expand(spec)])
     write_report(folder, tmp_path / 'page.html')
     page = (tmp_path / 'page.html').read_text(encoding='utf-8')
-    for words in ('All numbers drawn', 'sim.payload.mass [kg]', '95 % interval'):
+    for words in ('All random values', 'sim.payload.mass [kg]', '95 % interval'):
         assert words in page
     body = page.partition('<main>')[2].partition('</main>')[0]
     assert not re.search(r'\d\.\d{8,}', body), 'no number of more than eight decimals'

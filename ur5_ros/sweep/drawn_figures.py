@@ -5,7 +5,7 @@ from typing import Any
 
 import polars
 
-from ur5_ros.analysis.report.palette import MEASURED, REFERENCE
+from ur5_ros.analysis.report.palette import MEASURED, REFERENCE, SHORT_NAMES
 from ur5_ros.sweep.spec import SweepSpec, is_random
 from ur5_ros.sweep.units import with_unit
 
@@ -41,7 +41,9 @@ def _numbers(table: polars.DataFrame, spec: SweepSpec) -> dict[str, list[float]]
                   for value in table[key].to_list()]
         if values and isinstance(values[0], list):
             for i in range(len(values[0])):
-                found[f'{with_unit(key)}, {i + 1}'] = [value[i] for value in values]
+                word = SHORT_NAMES[i] if len(values[0]) == 6 else str(i + 1)
+                unit = with_unit(key).removeprefix(key)
+                found[f'{key}, {word}{unit}'] = [value[i] for value in values]
         elif values and isinstance(values[0], int | float):
             found[with_unit(key)] = values
     return found
@@ -57,12 +59,12 @@ def _scatter(number: int, key: str, drawn: list[float], result: str, values: lis
                            'x': [drawn[i] for i in rows], 'y': [values[i] for i in rows],
                            'marker': {'color': colour, 'size': 5, 'opacity': 0.6}})
     return {'key': f'drawn-{number}', 'x': key, 'y': with_unit(result), 'log': False,
-            'title': f'{result} over {key}', 'caption': 'A point a run.', 'traces': traces}
+            'title': f'{result} over {key}', 'caption': 'One point per run.', 'traces': traces}
 
 
 def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
               success: list[bool]) -> dict[str, Any]:
-    """Return a line a run over all numbers; each axis goes from the least to the greatest."""
+    """Return one line per run; each axis goes from the least to the greatest value."""
     axes = {**columns, with_unit(result): values}
     places, labels = [], []
     for key, numbers in axes.items():
@@ -80,9 +82,9 @@ def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
                 'x': [x for _ in rows for x in (*range(len(axes)), None)],
                 'y': [y for i in rows for y in (*(column[i] for column in places), None)],
                 'line': {'color': colour, 'width': 1}, 'opacity': 0.5, 'hoverinfo': 'name'})
-    return {'key': 'parallel', 'x': '', 'y': 'place between least and greatest', 'log': False,
-            'title': 'All numbers drawn', 'wide': True,
-            'caption': 'A line a run: blue succeeded, orange failed. Each axis goes from the '
-                       'least to the greatest number; a click on the legend hides a kind.',
+    return {'key': 'parallel', 'x': '', 'y': 'share of the range', 'log': False,
+            'title': 'All random values', 'wide': True,
+            'caption': 'One line per run: blue succeeded, orange failed. Each axis goes from the '
+                       'least to the greatest value; a click on the legend hides a kind.',
             'xaxis': {'tickvals': list(range(len(axes))), 'ticktext': labels},
             'traces': traces}

@@ -117,6 +117,8 @@ def _rates(table: polars.DataFrame, spec: SweepSpec) -> str:
         f'<td class="number">{rate.rate:.1%}</td>'
         f'{interval(rate)}</tr>\n'
         for key in discrete_keys(table, spec) for value, rate in rates_by(table, key).items())
+    if not rows:
+        return ''
     return ('<h2>Success rates</h2>\n<table><thead><tr><th>key</th><th>value</th><th>runs</th>'
             f'<th>rate</th>{"<th>95 % interval</th>" if random else ""}</tr></thead>'
             f'<tbody>{rows}</tbody></table>\n')

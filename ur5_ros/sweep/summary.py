@@ -1,6 +1,7 @@
 """Summary of a sweep's table: success rates with confidence, maps of two keys, worst runs."""
 
 import itertools
+import json
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -68,8 +69,16 @@ def overall(table: polars.DataFrame) -> Rate:
 def rates_by(table: polars.DataFrame, key: str) -> dict[Any, Rate]:
     """Return the success rate for each value of a key, in the order of the values."""
     groups = table.group_by(key).agg(polars.len().alias('runs'), polars.col('success').sum())
-    return {row[key]: rate_of(row['runs'], int(row['success']))
-            for row in groups.sort(key, nulls_last=True).iter_rows(named=True)}
+    found = {row[key]: rate_of(row['runs'], int(row['success']))
+             for row in groups.iter_rows(named=True)}
+    return {value: found[value] for value in sorted(found, key=_order)}
+
+
+def _order(value: Any) -> tuple[bool, Any]:
+    """Return what sorts values of a key; lists, which the table holds as text, by number."""
+    if isinstance(value, str) and value.startswith('['):
+        value = json.loads(value)
+    return value is None, 0 if value is None else value
 
 
 def discrete_keys(table: polars.DataFrame, spec: SweepSpec) -> list[str]:
@@ -88,8 +97,8 @@ def heat_maps(table: polars.DataFrame, spec: SweepSpec, numbers: list[str]) -> l
             polars.col('success').mean().alias('success rate'),
             *(polars.col(number).median() for number in numbers)).to_dicts()
         found = {(cell[x], cell[y]): cell for cell in cells}
-        x_values = table[x].unique().sort().to_list()
-        y_values = table[y].unique().sort().to_list()
+        x_values, y_values = (sorted(table[key].unique().to_list(), key=_order)
+                              for key in (x, y))
         for what in ('success rate', *numbers):
             z = [[_finite(found.get((a, b), {}).get(what)) for a in x_values] for b in y_values]
             maps.append(HeatMap(x, y, what, x_values, y_values, z))

@@ -7,7 +7,7 @@ import viser
 from viser import uplot
 
 from ur5_ros.analysis.injected import Injection
-from ur5_ros.analysis.report.palette import JOINT_COLOURS, SHORT_NAMES
+from ur5_ros.analysis.report.palette import JOINT_COLOURS, MEASURED, SHORT_NAMES
 from ur5_ros.viewer.track import Track
 
 MARK = '#888888'
@@ -62,7 +62,8 @@ class Curve:
         self._chart.data = self._data(self._row)
 
     def _series(self, shown: Sequence[bool]) -> tuple[uplot.Series, ...]:
-        lines = [uplot.Series(label=name, stroke=JOINT_COLOURS[i], width=1.5, show=shown[i])
+        colours = JOINT_COLOURS if self._names == SHORT_NAMES else (MEASURED,)
+        lines = [uplot.Series(label=name, stroke=colours[i], width=1.5, show=shown[i])
                  for i, name in enumerate(self._names)]
         mark = uplot.Series(label='now', stroke=MARK, width=1.0,
                             points=uplot.Series_Points(show=True, size=7.0, fill=MARK))

@@ -90,7 +90,7 @@ def _tool_figures(series) -> list[Figure]:
     found.append(Figure(
         'pose_error', 'Tool error', 'Distance of the tool from its reference, and angle between '
         'them.',
-        [curve(t, magnitudes(tool.distance * 1e3), 'position [mm]', COLOURS[0]),
+        [curve(t, magnitudes(tool.distance * 1e3), 'position [mm]', MEASURED),
          curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', COLOURS[1])],
         'error [mm, mrad]', log=True, first=True))
     for key, title, measured, desired, unit in (

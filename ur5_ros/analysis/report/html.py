@@ -70,10 +70,12 @@ def _about(about: dict[str, Any]) -> str:
     sim, control = about.get('simulator') or {}, about.get('controller') or {}
     parameters = control.get('parameters', {})
     summary = sim.get('summary') or {}
+    gains = () if parameters.get('mode') == 'cartesian_impedance' else ('kp', 'kd')
     rows = {
         'simulator arm': sim.get('arm'), 'controller arm': control.get('arm'),
         'experiment': parameters.get('experiment'),
-        'Kp, Kd': ', '.join(_gain(parameters[key]) for key in ('kp', 'kd') if key in parameters),
+        'law': parameters.get('law_file') or parameters.get('mode'),
+        'Kp, Kd': ', '.join(_gain(parameters[key]) for key in gains if key in parameters),
         'changed while it ran': '; '.join(map(_change, control.get('changes', [])[:3])),
         'added to the plant': '; '.join(_injected(each) for each in about.get('injected', ())[:6]),
         'rates': _rates(about), 'length': f'{about["duration_s"]:.4g} s, {about["states"]} states',

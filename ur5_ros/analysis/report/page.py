@@ -33,6 +33,7 @@ th, td { padding: 7px 12px 7px 0; border-bottom: 1px solid var(--line); vertical
 td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
 td { overflow-wrap: anywhere; }
 td:first-child { min-width: 9em; overflow-wrap: normal; }
+.sortable td { overflow-wrap: normal; } .sortable td:first-child { min-width: 0; }
 .plots { display: grid; grid-template-columns: 1fr 1fr; gap: 26px 28px; }
 figure { margin: 0; min-width: 0; overflow: hidden; } figure.wide { grid-column: 1 / -1; }
 figcaption b { display: block; } figcaption { font-size: 0.86rem; color: var(--soft); }
