@@ -46,11 +46,11 @@ SOURCES = (
 
 
 def command(*words: object) -> tuple[int, str]:
-    """Return the exit code of a command and what it wrote as a complaint."""
+    """Return the exit code of a command and its complaint, empty where it has none."""
     error = io.StringIO()
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
         code = run([str(word) for word in words])
-    return code, error.getvalue().strip()
+    return code, error.getvalue().strip() if code else ''
 
 
 def tried(path: Path, source: Source, folder: Path) -> dict[str, Any]:
@@ -121,7 +121,25 @@ def rows_of(found: dict[str, dict[str, Any]]) -> list[Row]:
             'rad' if arms else ''),
         Row('kinematics, the largest', 'its mark',
             found[largest]['kinematics'] / marks['kinematics'], 1.0, False,
-            f'{found[largest]["kinematics"]:.3f}, {largest}')]
+            f'{found[largest]["kinematics"]:.3f}, {largest}'),
+        *_effort_rows(arms, marks['effort'])]
+
+
+def _effort_rows(arms: dict[str, dict[str, Any]], mark: float) -> list[Row]:
+    """Return what the right meaning of the effort leaves, and the next one: target torque."""
+    misfits = {name: each['misfits'] for name, each in arms.items()
+               if each['robot'] in ('ur5', 'ur10e')}
+    if not misfits:
+        return []
+    right = max(misfits, key=lambda name: misfits[name]['total'])
+    least = {name: min(value for meaning, value in each.items()
+                       if meaning not in ('total', 'current')) for name, each in misfits.items()}
+    wrong = min(least, key=least.__getitem__)
+    most = misfits[right]['total']
+    return [Row('effort, most that joint torque leaves', 'its mark', most / mark, 1.0, False,
+                f'{most:.3f}, {right}'),
+            Row('effort, least that another meaning leaves', 'its mark', least[wrong] / mark, 1.0,
+                True, f'{least[wrong]:.3f}, {wrong}')]
 
 
 def made(folder: Path) -> Path:
@@ -152,7 +170,8 @@ def main() -> None:
                 found[path.name] = tried(path, source, Path(place))
                 print(path.name, found[path.name], flush=True)
     if not found:
-        options.error('give at least one folder of recordings, or --quick')
+        print(f'give folders of recordings: {", ".join(f"--{each.option}" for each in SOURCES)}')
+        return
     publish('real_recordings', 'Recordings of real robots, each by itself', rows_of(found),
             {'recordings': found}, keep=not given.quick)
 

@@ -12,7 +12,8 @@ PAGE = ROOT / 'docs' / 'performance.md'
 ORDER = ('lockstep', 'profile', 'paced', 'recording', 'start', 'compile_time', 'fresh_clones',
          'scaling', 'loop_without_ros',
          'sweep', 'sweep_proof', 'laws', 'laws_whole', 'control', 'analysis', 'identification',
-         'bag', 'contact', 'friction', 'model_ur5', 'versions', 'real_ur5', 'evidence')
+         'bag', 'contact', 'friction', 'model_ur5', 'versions', 'real_ur5',
+         'real_recordings', 'evidence')
 
 HEAD = """# Performance
 

@@ -18,7 +18,8 @@ from ur5_ros.launcher.node_processes import private_environment
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / 'benchmarks'
-WITHOUT_ROS = ('bag', 'contact', 'control', 'friction', 'laws', 'loop_without_ros', 'sweep')
+WITHOUT_ROS = ('bag', 'contact', 'control', 'friction', 'laws', 'loop_without_ros',
+               'real_recordings', 'sweep')
 WITH_ROS = ('recording', 'start', 'lockstep', 'profile')
 
 
