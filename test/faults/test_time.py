@@ -114,7 +114,8 @@ def test_the_first_answer_takes_no_longer_than_the_worst_of_the_others(ros):
 def test_nodes_find_each_other_in_either_order_of_start(ros, first):
     second = {'sim': 'control', 'control': 'sim'}[first]
     nodes = {first: ros.start(first, **({'stop_after': 0.2} if first == 'sim' else {}))}
-    wait_until(lambda: 'ur5_' in ' '.join(ros.observer().node.get_node_names()), 'the first node')
+    watcher = ros.observer()
+    wait_until(lambda: 'ur5_' in ' '.join(watcher.node.get_node_names()), 'the first node')
     nodes[second] = ros.start(second, **({'stop_after': 0.2} if second == 'sim' else {}))
     assert nodes['sim'].ends() == 0, nodes['sim'].text
     assert nodes['control'].stop() == 0
