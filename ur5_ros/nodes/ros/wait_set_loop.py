@@ -21,9 +21,11 @@ LAZY_POLL_PERIOD = 0.02
 #: While nothing but hot messages come, all else is looked after this often [s].
 HOT_POLL_PERIOD = 0.01
 
-#: After a look that took too long, the loop only waits for so long: twice as long each time, and
-#: a little less after each look that was quick [s].
-SHORTEST_PAUSE, LONGEST_PAUSE, SHORTER = 0.001, 1.0, 0.97
+#: After looks that cost more than they gain the loop only waits for so long: twice as long each
+#: time, half as long after looks that gained [s].
+SHORTEST_PAUSE, LONGEST_PAUSE = 0.001, 1.0
+#: Looks between two judgements of them, and share of its core that the loop should have had.
+LOOKS, SHARE = 16, 0.5
 #: Longest look that may be asked for [us].
 MOST_SPIN = 10_000
 
@@ -75,6 +77,8 @@ class WaitSetLoop:
         self._spin = spin_time()
         self._spin_from = 0.0
         self._pause = SHORTEST_PAUSE
+        self._looks = 0
+        self._since = self._used = 0.0
 
     def subscribe(self, message_type: type, topic: str, qos: QoSProfile,
                   *, hot: bool = False) -> int:
@@ -171,21 +175,31 @@ class WaitSetLoop:
         """
         Look for hot messages again and again for a while, without a wait.
 
-        The middleware's own threads have this core in between.  A look that takes too long says
-        that others use the core, or that the answer does: then looking costs more than waiting.
+        The middleware's own threads have this core in between.  Looking costs more than waiting
+        where the answer takes long, and where others use the core: who sleeps is served first.
         """
+        if self._looks == 0:
+            self._since, self._used = now, time.thread_time()
         end = now + self._spin
         while True:
             messages = self._take(self._hot)
             now = time.monotonic()
-            if now > end:
-                self._pause = min(2.0 * self._pause, LONGEST_PAUSE)
-                self._spin_from = now + self._pause
-                return messages
-            if messages:
-                self._pause = max(SHORTER * self._pause, SHORTEST_PAUSE)
-                return messages
+            if messages or now > end:
+                break
             os.sched_yield()
+        self._looks += 1
+        if now > end or self._looks >= LOOKS:
+            self._judge_looks(now, vain=now > end)
+        return messages
+
+    def _judge_looks(self, now: float, vain: bool) -> None:
+        """Look on, or pause."""
+        self._looks = 0
+        if vain or time.thread_time() - self._used < SHARE * (now - self._since):
+            self._pause = min(2.0 * self._pause, LONGEST_PAUSE)
+            self._spin_from = now + self._pause
+        else:
+            self._pause = max(0.5 * self._pause, SHORTEST_PAUSE)
 
     def _wait_briefly(self, seconds: float) -> list[Message]:
         """Wait for hot messages alone: every place in a wait set costs the loop microseconds."""
