@@ -18,6 +18,7 @@ import time
 from pathlib import Path
 from statistics import median
 
+import child
 from side_by_side import Row, arguments, interleave, publish, ratio
 
 PROBE = Path(__file__).with_name('version_probe.py')
@@ -44,12 +45,17 @@ SCATTER = 1.05
 def probe(checkout: Path, group: str, scale: float) -> dict[str, float]:
     """Return a group of figures of a checkout [s]."""
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder:
-        done = subprocess.run(
-            [checkout / '.venv' / 'bin' / 'python', PROBE, group, str(scale)], cwd=folder,
-            capture_output=True, text=True, check=False, env=environment())
-    if done.returncode:
-        raise SystemExit(f'{checkout}: {group}: {done.stderr.strip()}')
+        try:
+            done = child.call([python(checkout), str(PROBE), group, str(scale)], cwd=folder,
+                              capture_output=True, text=True, env=environment())
+        except subprocess.CalledProcessError as error:
+            raise SystemExit(f'{checkout}: {group}: {error.stderr.strip()}') from None
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def python(checkout: Path) -> str:
+    """Return the interpreter of a checkout."""
+    return str(checkout / '.venv' / 'bin' / 'python')
 
 
 def environment() -> dict[str, str]:
@@ -60,10 +66,9 @@ def environment() -> dict[str, str]:
 def start(checkout: Path, node: str, line: str) -> float:
     """Return the time from the start of a node until it prints that it has begun [s]."""
     begin = time.perf_counter()
-    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder, subprocess.Popen(
-            [checkout / '.venv' / 'bin' / 'python', '-m', f'ur5_ros.nodes.{node}', '--ros-args',
-             '-p', "bag:=''"], cwd=folder, text=True, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+    with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder, child.start(
+            [python(checkout), '-m', f'ur5_ros.nodes.{node}', '--ros-args', '-p', "bag:=''"],
+            cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             env=environment() | {'PYTHONUNBUFFERED': '1', 'ROS_LOG_DIR': folder}) as process:
         assert process.stdout is not None
         for printed in process.stdout:
@@ -91,7 +96,7 @@ def main() -> None:
                         help='checkout of the older version, with its .venv')
     options = parser.parse_args()
     old = options.old.resolve()
-    if not (old / '.venv' / 'bin' / 'python').exists():
+    if not Path(python(old)).exists():
         raise SystemExit(f'{old}: no .venv/bin/python; run make setup-all there')
     scale, repeats = (0.2, 1) if options.quick else (1.0, options.repeats)
     measure(old, 0.2), measure(HERE, 0.2)  # compiles, and fills the caches of the disk

@@ -81,6 +81,19 @@ def test_a_benchmark_that_is_killed_leaves_no_process_behind(script, tmp_path):
     wait_until(lambda: not processes_with(mark), 'the end of all others', 15.0)
 
 
+def test_a_checkout_gives_its_own_figures_for_a_comparison_of_versions():
+    figures = json.loads(run('version_probe.py', 'loops', '0.02'))
+    assert {'step, with friction', 'update, caches emptied before each call'} <= set(figures)
+    assert all(0.0 < seconds < 1.0 for seconds in figures.values())
+
+
+def test_a_comparison_with_a_folder_that_is_no_checkout_is_refused_in_one_line(tmp_path):
+    done = subprocess.run([sys.executable, str(FOLDER / 'versions.py'), '--old', str(tmp_path)],
+                          text=True, capture_output=True, timeout=60)
+    assert done.returncode == 1
+    assert done.stderr.strip() == f'{tmp_path}: no .venv/bin/python; run make setup-all there'
+
+
 def test_the_page_names_every_figure_and_every_miss(tmp_path):
     row = {'measured': 'ours', 'reference': 'theirs', 'ratio': 0.5, 'bar': 1.0, 'at_least': True,
            'detail': 'why', 'met': False}
