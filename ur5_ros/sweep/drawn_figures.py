@@ -86,5 +86,6 @@ def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
             'title': 'All random values', 'wide': True,
             'caption': 'One line per run: blue succeeded, orange failed. Each axis goes from the '
                        'least to the greatest value; a click on the legend hides a kind.',
-            'xaxis': {'tickvals': list(range(len(axes))), 'ticktext': labels},
+            'xaxis': {'tickvals': list(range(len(axes))), 'ticktext': labels,
+                      'range': [-0.4, len(axes) - 0.6]},
             'traces': traces}
