@@ -97,25 +97,31 @@ class Frames:
         text = f't = {track.t[row]:.2f} s'
         if np.isfinite(track.tool_error[row]):
             text += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
-        draw.text((edge, edge), text, INK, self._font)
+        self._write(draw, (edge, edge), text, INK)
         x = float(edge)
         for name, colour, points in (('measured', MEASURED, track.tool),
                                      ('reference', REFERENCE, track.tool_reference)):
             if np.isfinite(points).any():
-                draw.text((x, edge + line), name, colour, self._font)
+                self._write(draw, (x, edge + line), name, colour)
                 x += draw.textlength(name, self._font) + 1.2 * size
         added = [each.text for each in self._injected if each.t <= track.t[row]]
         for i, words in enumerate(added[-4:]):
-            draw.text((edge, edge + (2 + i) * line), words[:60], SOFT, self._font)
+            self._write(draw, (edge, edge + (2 + i) * line), words[:60], SOFT)
         for i, (name, colour) in enumerate(zip(palette.SHORT_NAMES, COLOURS, strict=True)):
-            draw.text((width - edge, edge + i * line), name, colour, self._font, anchor='ra')
+            self._write(draw, (width - edge, edge + i * line), name, colour, anchor='ra')
         for name, pose, length in frames:
             ends = pose[:3, 3] + 1.25 * length * pose[:3, :3].T
             places = self.camera.pixels(np.vstack([ends, pose[:3, 3]])) / self._fine
             for axis, (place, colour) in enumerate(zip(places, AXES, strict=False)):
-                draw.text(tuple(place), 'xyz'[axis], colour, self._font, anchor='mm')
-            draw.text((places[3, 0], places[3, 1] + 0.9 * size), name, SOFT, self._font,
+                self._write(draw, (place[0], place[1]), 'xyz'[axis], colour, anchor='mm')
+            self._write(draw, (places[3, 0], places[3, 1] + 0.9 * size), name, SOFT,
                       anchor='ma')
+
+    def _write(self, draw: ImageDraw.ImageDraw, place: tuple[float, float], text: str,
+               colour: tuple[int, int, int], anchor: str = 'la') -> None:
+        """Write with an edge of paper, to be read before a body too."""
+        draw.text(place, text, colour, self._font, anchor, stroke_width=max(1, self._size // 10),
+                  stroke_fill=PAPER)
 
 
 class _Lines:
