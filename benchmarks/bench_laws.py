@@ -3,7 +3,7 @@
 import os
 import time
 
-from side_by_side import Row, arguments, interleave, publish, ratio
+from side_by_side import Row, arguments, interleave, publish, ratio, realtime
 
 from ur5_ros.bench.entries import load_entries
 from ur5_ros.bench.jobs import run_jobs
@@ -47,9 +47,8 @@ def part(quick: bool, repeats: int) -> None:
 
 def load() -> str:
     """Return how busy the machine is, and the class in which this process is scheduled."""
-    how = {os.SCHED_RR: ', real-time priority', os.SCHED_FIFO: ', real-time priority'}
     return (f'load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores'
-            + how.get(os.sched_getscheduler(0), ''))
+            + (', real-time priority' if realtime() else ''))
 
 
 def main() -> None:

@@ -88,6 +88,11 @@ def processor() -> str:
     return platform.machine()
 
 
+def realtime() -> bool:
+    """Return whether others that compute too have to wait for this process."""
+    return os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR)
+
+
 def publish(name: str, title: str, rows: list[Row], extra: dict | None = None,
             keep: bool = True, folder: Path = RESULTS) -> None:
     """Print the table and keep it as ``<name>.json`` in a folder."""
@@ -104,7 +109,8 @@ def publish(name: str, title: str, rows: list[Row], extra: dict | None = None,
         'title': title,
         'date': time.strftime('%Y-%m-%d', time.gmtime()),
         'machine': machine(),
-        'note': f'Load average {os.getloadavg()[0]:.1f} at the end, priority {os.nice(0)}.',
+        'note': f'Load average {os.getloadavg()[0]:.1f} at the end, priority {os.nice(0)}'
+                + (', scheduled in real time.' if realtime() else '.'),
         'rows': [row._asdict() | {'met': row.met} for row in rows],
         **(extra or {}),
     }, indent=1) + '\n')
