@@ -55,6 +55,14 @@ def command(*words: object) -> tuple[int, str]:
 
 def tried(path: Path, source: Source, folder: Path) -> dict[str, Any]:
     """Return how one recording fares: import, verdict, identification, and the arm of it."""
+    found = tried_in(path, source, folder)
+    lines = [line.replace(f'{path.parent}/', '').replace(f'{folder}/', '')
+             for line in found['lines']]
+    return found | {'lines': lines}
+
+
+def tried_in(path: Path, source: Source, folder: Path) -> dict[str, Any]:
+    """Return how one recording fares, complaints with the folders of this run in them."""
     found: dict[str, Any] = {'robot': source.option, 'lines': []}
     options: tuple[object, ...] = ('--arm', source.arm)
     place = path
