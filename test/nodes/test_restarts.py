@@ -13,7 +13,7 @@ from sensor_msgs.msg import JointState
 from ur5_ros.bag.reader import open_bag
 
 #: Wall time from "ready" to the first command that answers the simulator in charge [s].
-LONGEST_TAKEOVER = 1.0
+LONGEST_TAKEOVER = 0.6
 #: A node that restarts, or whose partner does, says this much at most.
 MOST_LINES = 8
 RATES = (50, 125, 250, 500, 1000)

@@ -19,6 +19,8 @@ from ur5_ros.signals import JOINT_NAMES, stamp_of_period
 
 #: Wall time in which a restart has to be followed [s].
 LONGEST_TAKEOVER = 1.0
+#: Wall time in which a simulator that waits for nobody is answered, by a hold at least [s].
+LONGEST_SILENCE = 0.15
 #: A simulator reports its rate so often [s].
 REPORT_PERIOD = 1.0
 LAYOUT = FixedJointState(JOINT_NAMES)
@@ -84,6 +86,8 @@ class Pair:
                 heard_since = self.clock[0]
                 report_at = min(report_at, heard_since + 0.9)
             answered = self.send(k, rate)
+            if not lockstep and self.clock[0] - heard_since > LONGEST_SILENCE:
+                assert answered, 'the arm is not held'
             if self.clock[0] - heard_since > LONGEST_TAKEOVER:
                 assert answered, 'not followed within a second'
                 assert self.cycle.controller_rate == rate
