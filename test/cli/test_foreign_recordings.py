@@ -84,7 +84,7 @@ def test_identify_export_and_compare_report_what_of_a_recording_was_used(ur5, tm
     q = made.q.copy()
     q[1000:1005] = np.nan
     write_bag(tmp_path / 'holes', {'/joint_states': arm_messages(made.with_(q=q))})
-    says = '5 states of 2500 hold what is no number, from 2 s to 2.008 s: dropped'
+    says = '5 states of 2500 hold a value that is not a number, from 2 s to 2.008 s: dropped'
     for words in (('identify', 'holes', '--arm', 'ur5e', '--json', 'found.json'),
                   ('export', 'holes', '-o', 'holes.csv'),
                   ('compare', 'holes', 'holes', '--arm', 'ur5e')):
