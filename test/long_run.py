@@ -40,8 +40,9 @@ class LongRun:
         """Start the nodes."""
         ros = self._stack.enter_context(ros_domain(self.folder))
         self._nodes = {
-            'sim': ros.start('sim', stop_after=self.periods / 1000, max_bagfile_duration=SPLIT),
-            'control': ros.start('control', max_bagfile_duration=SPLIT)}
+            'sim': ros.start('sim', stop_after=self.periods / 1000, max_bagfile_duration=SPLIT,
+                             fresh=True),
+            'control': ros.start('control', max_bagfile_duration=SPLIT, fresh=True)}
         self._thread.start()
 
     def finish(self, seconds: float) -> None:

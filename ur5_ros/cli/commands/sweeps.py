@@ -40,7 +40,7 @@ def sweep(name: str, out: Path | None, scheduler: str | None, workers: int | Non
             run_sweep(spec, folder, scheduler, workers, advance)
     except KeyboardInterrupt:
         terminal.show_text(screen, f'{len(folder.done())} of {total} runs are done; the same '
-                           'command goes on')
+                           'command continues')
         raise
     screen.print(f'table: {folder.write_table()}', soft_wrap=True)
     return _report(folder, screen)
