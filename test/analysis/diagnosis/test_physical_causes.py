@@ -58,7 +58,7 @@ def test_a_mismatch_of_whole_parameter_sets_names_every_parameter(looped):
     first = cause['differences'][0]
     assert first['parameter'] == 'centre of mass 3'
     assert first['plant'][0] == 0.11993 and first['law'][0] == 0.15
-    assert '0.11993' in cause['sentence'] and 'tensor 2' in cause['sentence']
+    assert '0.11993' in cause['sentence'] and 'tensor of link 2' in cause['sentence']
     # mending the mass alone makes it worse; mending what is named mends the run
     assert found['mass 3']['alone'] < 0.0 < found['centre of mass 3']['alone']
     assert cause['differences'][-1]['together'] == pytest.approx(1.0, abs=1e-9)
