@@ -25,6 +25,29 @@ def interrupted_by_sigterm() -> Iterator[None]:
         signal.signal(signal.SIGTERM, handler)
 
 
+@contextmanager
+def held_back() -> Iterator[None]:
+    """
+    Let Ctrl-C and SIGTERM act at the end of the block: what it begins can then be ended.
+
+    Threads and processes that are begun in it never take Ctrl-C themselves.
+
+    """
+    came: list[int] = []
+    main = threading.current_thread() is threading.main_thread()
+    if main:
+        handler = signal.signal(signal.SIGTERM, lambda number, frame: came.append(number))
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        if main:
+            signal.signal(signal.SIGTERM, handler)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        if came:
+            signal.raise_signal(signal.SIGTERM)
+
+
 def end_with_parent(number: int = signal.SIGTERM, parent: int | None = None) -> None:
     """
     Let the process that calls it end with its parent, by a signal.

@@ -3,9 +3,8 @@
 import asyncio
 import logging
 import os
-import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from multiprocessing import resource_tracker
 from tempfile import TemporaryDirectory
@@ -17,7 +16,7 @@ from distributed.comm import connect
 from distributed.security import Security
 
 from ur5_ros.errors import InputError
-from ur5_ros.launcher.signals import interrupted_by_sigterm
+from ur5_ros.launcher.signals import held_back, interrupted_by_sigterm
 from ur5_ros.model.kernels.compiled import limit_threads
 
 #: Wall-clock time that a scheduler gets to answer [s].
@@ -63,17 +62,13 @@ def _workers(workers: int | None) -> Iterator[str]:
             dask.config.set({'temporary-directory': scratch,
                              'distributed.worker.daemon': True,
                              'distributed.worker.profile.enabled': False}):
-        # The cluster's thread and the workers that it starts keep this mask: Ctrl-C is ours.
-        # Begun later, the tracker of shared memory would take the mask off that thread.
+        # Begun later, the tracker of shared memory would let the cluster's thread take Ctrl-C.
         resource_tracker.ensure_running()
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            local = LocalCluster(n_workers=number, threads_per_worker=1, processes=True,
-                                 dashboard_address='127.0.0.1:0',
-                                 silence_logs=logging.CRITICAL)
-        finally:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        with local:
+        with ExitStack() as started:
+            with held_back():  # a cluster that is half made could not be ended
+                local = started.enter_context(LocalCluster(
+                    n_workers=number, threads_per_worker=1, processes=True,
+                    dashboard_address='127.0.0.1:0', silence_logs=logging.CRITICAL))
             yield local.scheduler_address
 
 
