@@ -23,7 +23,7 @@ def seem_kept(module: Path) -> bool:
 
 
 def compiled_sources() -> Iterator[tuple[Path, bytes]]:
-    """Yield every file whose functions are compiled, or that tells how, and its content."""
+    """Yield every file with compiled functions or compiler settings, and its content."""
     for path in sorted(chain.from_iterable(folder.rglob('*.py') for folder in _SOURCES)):
         text = path.read_bytes()
         if path.name in ('compiled.py', 'base_parameters.py') or b'\n@inlined' in text or (

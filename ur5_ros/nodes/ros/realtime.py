@@ -11,7 +11,7 @@ _RECEIVERS = ('dds.udp.', 'dds.shm.')
 #: What a thread with it starts does not get it too.
 _POLICY = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
 #: From sys/mman.h: lock what is mapped now, and what will be, once it is used; without the last
-#: one, stacks and arenas that nobody uses take twice the memory of a node.
+#: one, stacks and arenas that are never used take twice the memory of a node.
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 
 
