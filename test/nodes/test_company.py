@@ -13,6 +13,7 @@ from std_srvs.srv import Trigger
 
 from ur5_ros.bag.reader import open_bag
 from ur5_ros.config.parameters import HOME
+from ur5_ros.signals import JOINT_NAMES
 
 
 def stamp(message) -> int:
@@ -71,6 +72,30 @@ def test_a_simulator_that_starts_again_is_a_new_run_for_the_controller(ros):
         hashes = [str(bag.notes['summary']['hashes']) for bag in bags.values()]
         states = [json.loads(each.replace("'", '"'))['joint_states'] for each in hashes]
         assert states[0] == states[1]
+
+
+def test_a_state_of_another_robot_is_refused_and_is_in_no_bag_of_this_run(ros):
+    control = ros.start('control', control_rate=1000.0)
+    watcher = ros.observer()
+    commands = watcher.hear(JointState, '/joint_command')
+    robot = watcher.publisher(JointState, '/joint_states')
+
+    def send(milliseconds: int) -> None:
+        state = JointState(name=list(JOINT_NAMES), position=HOME, velocity=[0.0] * 6,
+                           effort=[0.0] * 6)
+        state.header.stamp.nanosec = milliseconds * 1_000_000
+        robot.publish(state)
+
+    send(100)
+    wait_until(lambda: len(commands) == 1, 'an answer to the first state')
+    for k in (101, 1, 102, 2, 103):  # the stamps of two robots, within moments
+        send(k)
+    wait_until(lambda: stamp(commands[-1]) == 103_000_000, 'an answer to the last one')
+    assert control.stop() == 0, control.text
+    assert 'keep one robot on this topic' in control.text
+    (bag,) = (ros.folder / 'bags').glob('*/control')
+    stamps = open_bag(bag).joint_states('/joint_states').stamp
+    assert stamps.tolist() == [1_000_000 * k for k in range(100, 104)]
 
 
 def test_a_controller_that_sleeps_is_waited_for(ros):

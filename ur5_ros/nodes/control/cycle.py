@@ -28,6 +28,10 @@ RATE_TIMEOUT, PACED_RATE_TIMEOUT = 0.5, 0.1
 REPORT_TIMEOUT = 1.5
 
 
+class OtherRobotError(InputError):
+    """A state of another robot than this run's: refused, and recorded in no bag of the run."""
+
+
 class ControlCycle:
     """
     The controller between two topics.
@@ -98,6 +102,8 @@ class ControlCycle:
         ------
         InputError
             If it cannot be answered.
+        OtherRobotError
+            If its stamp went back while the robot of this run lives.
 
         """
         if data == self._last:
@@ -126,8 +132,8 @@ class ControlCycle:
     def _go_back(self, stamp: int) -> None:
         """Take a clock that went back for a robot that started again, unless the old one lives."""
         if self.alive:
-            raise InputError(f'stamp {stamp} ns is before {self.stamp} ns, just answered; '
-                             'keep one robot on this topic')
+            raise OtherRobotError(f'stamp {stamp} ns is before {self.stamp} ns, just answered; '
+                                  'keep one robot on this topic')
         self._on_restart()
 
     @property

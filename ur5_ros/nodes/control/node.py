@@ -19,7 +19,7 @@ from ur5_ros.control.controller import Controller, controller_from_parameters
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics, jacobian, jacobian_rate
 from ur5_ros.model.parameters import ArmParameters
-from ur5_ros.nodes.control.cycle import ControlCycle
+from ur5_ros.nodes.control.cycle import ControlCycle, OtherRobotError
 from ur5_ros.nodes.control.inputs import ControlInputs
 from ur5_ros.nodes.control.services import offer_services
 from ur5_ros.nodes.control.topics import ControlOutputs
@@ -118,7 +118,7 @@ class ControlNode:
             take(record, data)
         except InputError as error:
             self.refusals.add(topic, 'refused', str(error))
-            if len(data) <= MOST_RECORDED:
+            if len(data) <= MOST_RECORDED and not isinstance(error, OtherRobotError):
                 self.recording.write(record, data)
         except Exception as error:  # without an answer the robot brakes; the next state may do
             self.refusals.add(topic, 'fault', fault(self._logger, error))
