@@ -68,11 +68,14 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
     angle = np.arctan2(sine, cosine)
     ratio = np.divide(angle, sine, out=np.ones_like(angle), where=sine > 0.0)
     vector = twice_sine / 2.0 * ratio[:, None]
-    for i in np.flatnonzero(~(cosine > 0.0)):
-        square = (r[i] + r[i].T) / 2.0 - cosine[i] * np.eye(3)  # (1 - cos) axis axis^T
-        column = square[:, int(np.diag(square).argmax())]
-        axis = column / np.linalg.norm(column)
-        vector[i] = angle[i] * (axis if twice_sine[i] @ axis >= 0.0 else -axis)
+    wide, = np.nonzero(~(cosine > 0.0))  # there the sine says little about a small change
+    square = ((r[wide] + np.swapaxes(r[wide], 1, 2)) / 2.0
+              - cosine[wide, None, None] * np.eye(3))  # (1 - cos) axis axis^T
+    largest = np.diagonal(square, axis1=1, axis2=2).argmax(axis=1)
+    column = np.take_along_axis(square, largest[:, None, None], axis=2)[:, :, 0]
+    axis = column / np.linalg.norm(column, axis=1, keepdims=True)
+    along = (twice_sine[wide] * axis).sum(axis=1, keepdims=True)
+    vector[wide] = angle[wide, None] * np.where(along >= 0.0, axis, -axis)
     return vector
 
 
