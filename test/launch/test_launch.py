@@ -11,7 +11,6 @@ import os
 import signal
 import subprocess
 import sys
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
@@ -259,62 +258,6 @@ def test_rviz_shows_topics_that_the_nodes_have():
               for key in ('Topic', 'Description Topic') if key in display}
     assert topics == {'/robot_description', '/ur5_control/tool_pose',
                       '/ur5_control/reference_pose'}
-
-
-def test_plotjuggler_draws_every_joint_by_its_name():
-    root = ElementTree.parse(ROOT / 'config/layouts/plotjuggler.xml').getroot()
-    curves = {curve.get('name') for curve in root.iter('curve')}
-    for joint in JOINT_NAMES:
-        assert {f'/joint_states/{joint}/position', f'/joint_states/{joint}/velocity',
-                f'/joint_states/{joint}/effort', f'/joint_command/{joint}/effort',
-                f'/ur5_control/error/{joint}/position'} <= curves
-
-
-def test_plotjuggler_finds_the_structure_that_it_writes_itself():
-    root = ElementTree.parse(ROOT / 'config/layouts/plotjuggler.xml').getroot()
-    window, = root.findall('tabbed_widget')
-    assert (root.tag, window.get('parent')) == ('root', 'main_window')
-    for tab in window.findall('Tab'):
-        containers = tab.findall('Container')
-        assert tab.get('tab_name') and int(tab.get('containers')) == len(containers) == 1
-        for splitter in containers[0].iter('DockSplitter'):
-            sizes = [float(size) for size in splitter.get('sizes').split(';')]
-            assert splitter.get('orientation') in ('-', '|')
-            assert int(splitter.get('count')) == len(sizes) == len(list(splitter))
-            assert sum(sizes) == pytest.approx(1.0, abs=1e-3)
-        for area in containers[0].iter('DockArea'):
-            plot, = area.findall('plot')
-            assert '[' in area.get('name'), 'with its unit'
-            assert (plot.get('mode'), plot.get('style')) == ('TimeSeries', 'Lines')
-            assert plot.findall('curve'), 'no empty plot'
-
-
-def test_foxglove_finds_panels_that_it_has_and_topics_that_the_nodes_have():
-    layout = json.loads((ROOT / 'config/layouts/foxglove.json').read_text(encoding='utf-8'))
-    assert {'configById', 'globalVariables', 'userNodes', 'playbackConfig',
-            'layout'} == set(layout)
-    assert {name.partition('!')[0] for name in layout['configById']} == {
-        '3D', 'Plot', 'DiagnosticSummary', 'RawMessages'}, 'names of panels in Foxglove'
-    page = (ROOT / 'docs/reference/topics.md').read_text(encoding='utf-8')
-    for name, panel in layout['configById'].items():
-        values = [path['value'] for path in panel.get('paths', ())]
-        values += [panel[key] for key in ('topicToRender', 'topicPath') if key in panel]
-        topics = {value.partition('.')[0] for value in values} | set(panel.get('topics', ()))
-        if name.startswith('Plot!'):
-            assert values and panel['yAxisLabel'] in ('rad', 'mrad', 'rad/s', 'N m'), 'its unit'
-        for topic in topics:
-            assert f'`{topic}`' in page or f"`~/{topic.rpartition('/')[2]}`" in page, topic
-
-
-def test_every_foxglove_panel_that_is_placed_is_described():
-    layout = json.loads((ROOT / 'config/layouts/foxglove.json').read_text(encoding='utf-8'))
-
-    def panels(place):
-        if isinstance(place, str):
-            return {place}
-        return panels(place['first']) | panels(place['second'])
-
-    assert panels(layout['layout']) == set(layout['configById'])
 
 
 if HAVE_LAUNCH:  # a full ROS installation: launch and launch_ros are not among the PyPI packages

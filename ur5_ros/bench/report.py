@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.analysis.report.document import html_document, markup, write_document
+from ur5_ros.analysis.report.palette import SERIES_COLOURS
 from ur5_ros.bench.entries import Candidate
 from ur5_ros.bench.perturbations import ACCURATE, SURVIVES
 from ur5_ros.bench.runs import LARGEST
@@ -14,9 +15,7 @@ from ur5_ros.sweep.report import LOW_IS_GOOD
 
 #: A law that is so many times worse than the best of its column has the last colour.
 _WORST = 100.0
-#: A colour and a mark for each law; both stand out on white and on black.
-_COLOURS = ('#8c8c8c', '#3d85c6', '#3fa66b', '#e0803a', '#d0505e', '#9070c8', '#e377c2',
-            '#17a2b8', '#a08438', '#7a9e2e', '#5b5bd6', '#c94f9b')
+#: Beside its colour each law has a mark.
 _MARKS = ('circle', 'square', 'diamond', 'triangle-up', 'x')
 #: Heading of a column of the table, its key and what its numbers are multiplied with.
 _COLUMNS = (('RMS error [mrad]', 'rms_error', 1e3), ('largest error [mrad]', 'max_error', 1e3),
@@ -79,7 +78,7 @@ def _pareto(tried: list[Candidate]) -> dict[str, Any]:
     for number, law in enumerate(dict.fromkeys(row.law for row in tried)):
         rows = [row for row in tried if row.law == law]
         front, used = pareto_front(rows), min(rows, key=lambda row: row.cost)
-        colour, mark = _COLOURS[number % len(_COLOURS)], _MARKS[number % len(_MARKS)]
+        colour, mark = SERIES_COLOURS[number % len(SERIES_COLOURS)], _MARKS[number % len(_MARKS)]
         traces += [
             _gains(front, {'name': law, 'mode': 'lines+markers',
                            'line': {'color': colour, 'width': 1.5},

@@ -13,8 +13,8 @@ ARROW_SCALE = 0.01
 
 _MARKERS, _POSES = 'visualization_msgs/msg/MarkerArray', 'geometry_msgs/msg/PoseArray'
 _ARROW, _ADD, _DELETE_ALL = 0, 0, 3
-#: Colours of the arrows: normal force, friction.
-_COLOURS = ((0.12, 0.47, 0.71, 1.0), (0.90, 0.38, 0.00, 1.0))
+#: Red, green and blue of the arrows: normal force, friction.
+FORCE_COLOURS = ((230, 0, 92), (138, 154, 30))
 _SHAFT, _HEAD = 0.008, 0.016
 
 
@@ -51,12 +51,12 @@ def encode_markers(stamp: int, frame_id: str, contacts: Sequence[ContactForce]) 
 
     """
     header = _header(stamp, frame_id)
-    markers = [_marker(header, _DELETE_ALL, '', 0, '', None, _COLOURS[0])]
+    markers = [_marker(header, _DELETE_ALL, '', 0, '', None, FORCE_COLOURS[0])]
     for i, each in enumerate(contacts):
         for j, force in enumerate((each.normal, each.lateral)):
             ends = np.array([each.place, each.place + ARROW_SCALE * force])
             markers.append(_marker(header, _ADD, ' / '.join(each.bodies), 2 * i + j,
-                                   repr(each.friction), ends, _COLOURS[j]))
+                                   repr(each.friction), ends, FORCE_COLOURS[j]))
     return encode(_MARKERS, {'markers': markers})
 
 
@@ -100,11 +100,12 @@ def _stamp(header: dict[str, Any]) -> int:
 
 
 def _marker(header: dict[str, Any], action: int, ns: str, number: int, text: str,
-            ends: np.ndarray | None, colour: tuple) -> dict[str, Any]:
+            ends: np.ndarray | None, colour: tuple[int, int, int]) -> dict[str, Any]:
+    rgba = [*(share / 255 for share in colour), 1.0]
     points = [] if ends is None else [dict(zip('xyz', end, strict=True)) for end in ends.tolist()]
     return {'header': header, 'ns': ns, 'id': number, 'type': _ARROW, 'action': action,
             'pose': {'orientation': {'w': 1.0}}, 'scale': {'x': _SHAFT, 'y': _HEAD, 'z': _HEAD},
-            'color': dict(zip('rgba', colour, strict=True)), 'points': points, 'text': text}
+            'color': dict(zip('rgba', rgba, strict=True)), 'points': points, 'text': text}
 
 
 def _point(point: dict[str, float]) -> np.ndarray:

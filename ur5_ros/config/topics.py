@@ -86,7 +86,7 @@ WORLD_TOPICS = (
           True, 'N, N m', 'of the environment on the tool, at and in `tool0`, every period; only '
           'with a `world`'),
     Topic('contacts', '~/contacts', 'visualization_msgs/msg/MarkerArray', True, 'm',
-          'forces as arrows, 10 mm a newton: blue normal, orange friction, at `monitor_rate`; '
+          'forces as arrows, 10 mm a newton: red normal, olive friction, at `monitor_rate`; '
           'only with a `world`'),
     Topic('objects', '~/objects', 'geometry_msgs/msg/PoseArray', True, 'm',
           'free bodies in `base`, in the order of the file, at `monitor_rate`; only with a '

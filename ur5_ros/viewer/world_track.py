@@ -5,14 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.cdr.contact_messages import ARROW_SCALE, ContactForce
+from ur5_ros.cdr.contact_messages import ARROW_SCALE, FORCE_COLOURS, ContactForce
 from ur5_ros.config.worlds import NOTHING, Body, base_pose
 from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import rotation_of_quaternion
 from ur5_ros.viewer.urdf_tree import Visual
 
-#: Colours of normal force and friction, as those of ``~/contacts``.
-NORMAL, FRICTION = (31, 119, 180), (230, 97, 1)
 #: Edges of the plate that stands for a plane [m].
 _PLANE = (4.0, 4.0, 1e-3)
 
@@ -89,6 +87,6 @@ def force_arrows(contacts: list[ContactForce]) -> tuple[np.ndarray, np.ndarray]:
     """
     points = [[each.place, each.place + ARROW_SCALE * force]
               for each in contacts for force in (each.normal, each.lateral)]
-    colours = [[colour, colour] for _ in contacts for colour in (NORMAL, FRICTION)]
+    colours = [[colour, colour] for _ in contacts for colour in FORCE_COLOURS]
     return (np.array(points, dtype=np.float32).reshape(-1, 2, 3),
             np.array(colours, dtype=np.uint8).reshape(-1, 2, 3))

@@ -7,8 +7,9 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import PARTS, Run
 from ur5_ros.analysis.report.figure import Figure, packed
+from ur5_ros.analysis.report.palette import AXIS_COLOURS, MEASURED, REFERENCE, SHORT_NAMES
 from ur5_ros.analysis.report.palette import JOINT_COLOURS as COLOURS
-from ur5_ros.analysis.report.palette import MEASURED, REFERENCE, SHORT_NAMES
+from ur5_ros.analysis.report.palette import SERIES_COLOURS as SERIES
 from ur5_ros.analysis.report.rounding import without_rounding
 from ur5_ros.analysis.result import Result
 from ur5_ros.signals import JOINT_NAMES
@@ -42,7 +43,7 @@ def figures(result: Result) -> list[Figure]:
         found.append(Figure(
             'energy', 'Energy balance', 'Energy that the arm gained minus work done on it; a '
             'passive arm keeps it at zero or below.',
-            [curve(run.t[1:], series['surplus'], 'surplus', COLOURS[0])], 'energy [J]'))
+            [curve(run.t[1:], series['surplus'], 'surplus', MEASURED)], 'energy [J]'))
     found += _contact_figures(series) + _timing_figures(series)
     return [without_rounding(figure) for figure in found]
 
@@ -91,7 +92,7 @@ def _tool_figures(series) -> list[Figure]:
         'pose_error', 'Tool error', 'Distance of the tool from its reference, and angle between '
         'them.',
         [curve(t, magnitudes(tool.distance * 1e3), 'position [mm]', MEASURED),
-         curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', COLOURS[1])],
+         curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', SERIES[1])],
         'error [mm, mrad]', log=True, first=True))
     for key, title, measured, desired, unit in (
             ('position', 'Tool position', tool.position, tool.desired_position, 'm'),
@@ -100,8 +101,9 @@ def _tool_figures(series) -> list[Figure]:
         names = 'xyz' if key == 'position' else ('rx', 'ry', 'rz')
         traces = []
         for i, name in enumerate(names):
-            traces.append(curve(t, measured[:, i], name, COLOURS[i]))
-            traces.append(curve(t, desired[:, i], f'{name}, reference', COLOURS[i], 'dot', 2.4))
+            traces.append(curve(t, measured[:, i], name, AXIS_COLOURS[i]))
+            traces.append(curve(t, desired[:, i], f'{name}, reference', AXIS_COLOURS[i], 'dot',
+                                2.4))
         caption = ('Position of the tool in the frame base' if key == 'position' else
                    'Rotation vector of the tool in the frame base')
         found.append(Figure(key, title, f'{caption}: measured (line) and reference (dots).',
@@ -175,11 +177,11 @@ def _torque_figures(series) -> list[Figure]:
         [curve(run.t[1:], run.states.effort[1:, i], name, COLOURS[i])
          for i, name in enumerate(SHORT_NAMES)], 'torque [N m]', first=True, wide=True)]
     shown = {name: run.parts[name] for name in PARTS if name in run.parts}
-    colours = dict(zip(PARTS, COLOURS[1:], strict=False))
+    colours = dict(zip(PARTS, SERIES[1:], strict=False))
     if not shown:
         return found
     for i, joint in enumerate(JOINT_NAMES):
-        traces = [curve(run.t[1:], run.states.effort[1:, i], 'acted', COLOURS[0], width=2.2)]
+        traces = [curve(run.t[1:], run.states.effort[1:, i], 'acted', SERIES[0], width=2.2)]
         traces += [curve(run.t, part[:, i], name, colours[name])
                    for name, part in shown.items()]
         found.append(Figure(f'torque_{i + 1}', f'Torque, {joint}',
@@ -240,7 +242,7 @@ def _timing_figures(series) -> list[Figure]:
     counts, edges = np.histogram(delays, np.geomspace(low * 0.99, high * 1.01, 80))
     centres = np.sqrt(edges[1:] * edges[:-1])
     bars = {'type': 'bar', 'name': 'answers', 'x': packed(centres * 1e3), 'y': packed(counts),
-            'width': packed(np.diff(edges) * 1e3), 'marker': {'color': COLOURS[0]}}
+            'width': packed(np.diff(edges) * 1e3), 'marker': {'color': MEASURED}}
     return [Figure('timing', 'Latency, state to command', "Wall clock from a state's departure "
                    "to its answer's arrival at the simulator.", [bars], 'answers',
                    x='latency [ms]', log=True)]

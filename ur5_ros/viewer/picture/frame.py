@@ -17,7 +17,7 @@ from ur5_ros.viewer.track import Track
 MEASURED, REFERENCE = rgb(palette.MEASURED), rgb(palette.REFERENCE)
 COLOURS = tuple(map(rgb, palette.JOINT_COLOURS))
 #: Red, green and blue of the axes x, y and z.
-AXES = ((210, 60, 60), (60, 160, 70), (60, 100, 210))
+AXES = tuple(map(rgb, palette.AXIS_COLOURS))
 _GRID, _HALF, _CELL = (206, 210, 215), 1.5, 0.25
 #: How dark a shadow makes the floor.
 _SHADOW = 0.14
