@@ -54,7 +54,7 @@ def test_a_change_recorded_one_period_late_fails(stiffened):
     told = stiffened.control.changes
     late = (told[0]._replace(stamp=told[0].stamp + 1_000_000), *told[1:])
     result = validate(replace(stiffened, control=replace(stiffened.control, changes=late)))
-    assert '1 commands are not' in result.check('law').sentence
+    assert '1 command differs from the law' in result.check('law').sentence
 
 
 def test_what_was_changed_before_the_first_state_holds_from_the_first(stiffened):

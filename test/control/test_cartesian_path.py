@@ -147,7 +147,7 @@ def test_a_path_is_approached_followed_and_held(holding, close_loop):
 
 
 @pytest.mark.parametrize(('offsets', 'stamps', 'words'), [
-    ([[0, 0, 0]], [0], 'the path has 1 poses'),
+    ([[0, 0, 0]], [0], 'the path has 1 pose'),
     ([[0, 0, 0], [0.1, 0, 0]], [S, S // 2], 'pose 2 has the time -0.500000 s'),
     ([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]], [0, S, S], 'give increasing stamps'),
     ([[0, 0, 0], [-2.0, 0, 0]], [0, 0], r'sample \d+ of \d+ \(t = .* out of reach'),

@@ -35,7 +35,7 @@ def short():
 
 def seen(stage: Stage, camera: Camera, q: np.ndarray) -> np.ndarray:
     """Return where the camera sees the arm, as rows of x, y."""
-    return np.argwhere(np.isfinite(cast(camera, stage.placed(q, 0.0)).depth))[:, ::-1]
+    return np.argwhere(np.isfinite(cast(camera, stage.arm(q)).depth))[:, ::-1]
 
 
 def at(x, y, z, roll=0.0, pitch=0.0, yaw=0.0) -> np.ndarray:

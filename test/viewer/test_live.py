@@ -60,6 +60,26 @@ def test_the_live_view_draws_the_arm_that_runs_where_it_is(simulator):
     assert reach > 1.3, 'a ur10e, as /robot_description says, not the default ur5'
 
 
+def test_the_live_view_names_what_is_added_to_the_plant_while_it_looks(simulator, tmp_path):
+    shown = LiveView(18342)
+    try:
+        end = time.monotonic() + 60
+        while not shown.update() and time.monotonic() < end:
+            time.sleep(0.02)
+        command = Path(sys.executable).parent / 'ur5'
+        subprocess.run([command, 'set', '/ur5_sim', 'payload.mass', '2.0'], cwd=tmp_path,
+                       check=True, timeout=60, capture_output=True)
+        while 'payload.mass 2' not in shown.page.curves.added.content and time.monotonic() < end:
+            shown.update()
+            time.sleep(0.02)
+        added, = shown.injected
+        assert added.text == 'payload.mass 2'
+        assert 0.0 < added.t <= shown.newest.t
+        assert f'1. from {added.t:.4g} s: payload.mass 2' in shown.page.curves.added.content
+    finally:
+        shown.close()
+
+
 def test_the_live_view_ends_on_sigterm(simulator, tmp_path):
     code = 'from ur5_ros.cli import main; main()'
     process = subprocess.Popen([sys.executable, '-c', code, 'view', '--live', '--port', '0'],

@@ -57,7 +57,7 @@ def test_a_shape_keeps_its_place_on_its_link():
     ('<robot><link name="a"/><joint name="j" type="fixed"><child link="a"/></joint></robot>',
      "joint 'j' has no parent"),
     ('<robot><link name="a"><visual><geometry><sphere/></geometry></visual></link></robot>',
-     '1 numbers'),
+     '1 number'),
     ('<robot><link name="a"><visual/></link></robot>', 'visual .* has no geometry'),
     ('<robot><link name="a"/><link name="b"/><joint name="j" type="fixed"><parent link="a"/>'
      '<child link="b"/><origin xyz="1 2 nan"/></joint></robot>', '3 numbers'),

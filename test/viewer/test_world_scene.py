@@ -5,6 +5,7 @@ import pytest
 import viser
 
 from ur5_ros.analysis.data.load import load_run
+from ur5_ros.cdr.contact_messages import FORCE_COLOURS
 from ur5_ros.config import arm_text
 from ur5_ros.config.worlds import Body
 from ur5_ros.loop.closed_loop import run_closed_loop
@@ -12,13 +13,12 @@ from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
 from ur5_ros.viewer.picture.camera import Camera
 from ur5_ros.viewer.picture.frame import Frames
-from ur5_ros.viewer.picture.ray_caster import Placed, cast
+from ur5_ros.viewer.picture.ray_caster import Placed, cast, seen_through
 from ur5_ros.viewer.stage import Stage
 from ur5_ros.viewer.track import arm_of, track, tree_of
+from ur5_ros.viewer.urdf_tree import Visual
 from ur5_ros.viewer.world_scene import WorldScene
 from ur5_ros.viewer.world_track import (
-    FRICTION,
-    NORMAL,
     WorldTrack,
     body_visual,
     force_arrows,
@@ -47,7 +47,7 @@ def test_a_pushed_block_and_its_forces_are_drawn_where_they_are(pushed):
     weight = sum(points[2 * i, 1, 2] - points[2 * i, 0, 2] for i, each in enumerate(contacts)
                  if each.bodies == ('table', 'block'))
     assert -0.11 < weight < -0.08, '1 kg at 10 mm a newton, part of it on the finger'
-    assert np.array_equal(colours[0, 0], NORMAL) and np.array_equal(colours[1, 0], FRICTION)
+    assert [tuple(each) for each in colours[:2, 0].tolist()] == list(FORCE_COLOURS)
 
 
 def test_the_tool_of_a_world_is_part_of_the_drawn_arm():
@@ -76,7 +76,7 @@ def test_a_picture_shows_the_bodies_where_they_are_and_the_forces(pushed):
     run, camera = pushed, Camera(600, 400)
     stage, world = Stage(run), WorldTrack(run)
     t, end = float(run.t[-1]), len(world.bodies)
-    placed = stage.placed(run.states.q[-1], t)
+    placed = stage.arm(run.states.q[-1]) + stage.world(t)
     pose = world.poses(t)[1]
     aside = pose.copy()
     aside[1, 3] += 0.3
@@ -93,7 +93,7 @@ def test_a_picture_shows_the_bodies_where_they_are_and_the_forces(pushed):
         assert len(spots) > 100
         assert (spots > box.min(axis=0) - 2).all() and (spots < box.max(axis=0) + 2).all()
     frame = Frames(track(run, stage.tree), stage, (600, 400), 130, 1).frame(-1)
-    assert (frame == np.array(NORMAL)).all(axis=-1).sum() > 5
+    assert (frame == np.array(FORCE_COLOURS[0])).all(axis=-1).sum() > 5
 
 
 def test_a_mesh_of_a_world_is_drawn_and_one_whose_file_is_gone_is_left_out(tmp_path):
@@ -104,3 +104,23 @@ def test_a_mesh_of_a_world_is_drawn_and_one_whose_file_is_gone_is_left_out(tmp_p
                    for each in (path, tmp_path / 'other.obj'))
     assert there.triangles.shape == (4, 3, 3) and there.triangles.max() == 1.0
     assert gone.triangles.shape == (0, 3, 3)
+
+
+def test_what_stands_before_the_arm_lets_it_show_through(pushed):
+    stage, camera = Stage(pushed), Camera(300, 200)
+    rows = track(pushed, stage.tree)
+    arm = cast(camera, stage.arm(rows.q[-1]))
+    wall = Placed(Visual('box', (1.0, 0.02, 1.0), np.eye(4), (70, 130, 70)),
+                  np.array([[1.0, 0, 0, 0.2], [0, 1, 0, 0.55], [0, 0, 1, 0.5], [0, 0, 0, 1]]))
+    shut = cast(camera, [*stage.arm(rows.q[-1]), wall])
+    hidden = np.isfinite(arm.depth) & (shut.depth < arm.depth)
+    assert hidden.sum() > 500, 'the wall stands before the arm'
+    shown = seen_through(shut, arm)
+    other = ~hidden
+    np.testing.assert_array_equal(shown.colour[other], shut.colour[other])
+    between = (np.minimum(shut.colour, arm.colour) <= shown.colour) & (
+        shown.colour <= np.maximum(shut.colour, arm.colour))
+    assert between[hidden].all()
+    tint = np.abs(arm.colour[hidden].astype(int) - shut.colour[hidden]).max(axis=-1) > 60
+    assert (np.abs(shown.colour[hidden].astype(int) - shut.colour[hidden]).max(axis=-1)
+            > 20)[tint].all(), 'the arm is seen'

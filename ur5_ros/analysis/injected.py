@@ -1,6 +1,6 @@
 """What was added to the plant of a run: payload, friction, noise, delay, wrench, gravity."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from ur5_ros.analysis.data.run import Run
@@ -34,17 +34,20 @@ def _at_start(run: Run) -> Iterator[Injection]:
 
 def _later(run: Run) -> Iterator[Injection]:
     for event in run.events:
-        t = (event.stamp - int(run.stamp[0])) * 1e-9
-        name = event.values.get('name')
-        if event.kind == 'parameter' and name not in _NEUTRAL:
-            yield Injection(t, f'{name} {_value(event.values.get("value"))}')
-        elif event.kind == 'wrench':
-            force, torque = event.values.get('force', []), event.values.get('torque', [])
-            ended = not any(force) and not any(torque)
-            yield Injection(t, 'wrench ends' if ended else
-                            f'wrench {_value(force)} N, {_value(torque)} N m')
-        elif event.kind in ('reset', 'protective_stop'):
-            yield Injection(t, event.kind.replace('_', ' '))
+        if text := injected_by(event.kind, event.values):
+            yield Injection((event.stamp - int(run.stamp[0])) * 1e-9, text)
+
+
+def injected_by(kind: str, values: Mapping[str, Any]) -> str:
+    """Return what an event of the simulator adds to the plant; empty for nothing."""
+    name = values.get('name')
+    if kind == 'parameter' and name not in _NEUTRAL:
+        return f'{name} {_value(values.get("value"))}'
+    if kind == 'wrench':
+        force, torque = values.get('force', []), values.get('torque', [])
+        ended = not any(force) and not any(torque)
+        return 'wrench ends' if ended else f'wrench {_value(force)} N, {_value(torque)} N m'
+    return kind.replace('_', ' ') if kind in ('reset', 'protective_stop') else ''
 
 
 def _value(value: Any) -> str:

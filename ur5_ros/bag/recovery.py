@@ -19,6 +19,7 @@ from ur5_ros.bag.rosbag2_folder import BagFolder, make_topic
 from ur5_ros.bag.run_folders import RECOVERED, UNFINISHED, bags_of_run
 from ur5_ros.config.strict_yaml import parse_yaml
 from ur5_ros.errors import BagError, InputError
+from ur5_ros.wording import number_of
 
 
 class MendedBag(NamedTuple):
@@ -51,7 +52,8 @@ class Recovery(NamedTuple):
         for bag in self.bags:
             lines += bag.problems
             total = sum(bag.kept.values())
-            lines.append(f'{bag.name}: {total} messages on {len(bag.kept)} topics kept')
+            lines.append(f'{bag.name}: {number_of(total, "message")} on '
+                         f'{number_of(len(bag.kept), "topic")} kept')
         lines.append(f'{self.source}: nothing to repair' if self.out is None
                      else f'repaired: {self.out}')
         return lines

@@ -11,6 +11,7 @@ from ur5_ros.bag.metadata import NAME, Information, read_metadata
 from ur5_ros.bag.rosbag2_folder import DESCRIPTION_RECORD, NOTE_RECORD
 from ur5_ros.bag.sqlite3_reader import SQLITE3_MAGIC, ZSTANDARD_MAGIC, Sqlite3Reader
 from ur5_ros.errors import BagError, InputError
+from ur5_ros.wording import number_of
 
 Report = Callable[[str], None]
 
@@ -188,11 +189,12 @@ def compare_counts(path: Path, information: Information | None, sources: Sequenc
             report(f'{path / NAME}: says that {topic.name} is of another type')
     total = sum(counted.values())
     if information.message_count != total:
-        report(f'{path / NAME}: says {information.message_count} messages; there are {total}')
+        report(f'{path / NAME}: says {number_of(information.message_count, "message")}; '
+               f'counted: {total}')
     for name in sorted(stated.keys() | counted.keys()):
         if stated.get(name, 0) != counted.get(name, 0):
-            report(f'{path / NAME}: says {stated.get(name, 0)} messages on {name}; '
-                   f'there are {counted.get(name, 0)}')
+            report(f'{path / NAME}: says {number_of(stated.get(name, 0), "message")} on {name}; '
+                   f'counted: {counted.get(name, 0)}')
 
 
 def _natural(path: Path) -> tuple[str, int, str]:

@@ -1,5 +1,6 @@
 """What a command prints: tables, verdicts, progress; colours on a terminal alone."""
 
+import math
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -98,5 +99,7 @@ def show_next(out: Console, command: str, purpose: str) -> None:
 
 
 def number(value: float | None) -> str:
-    """Return a number in four digits; empty for none."""
-    return '' if value is None else f'{value:.4g}'
+    """Return a number in four digits; empty for none, ``never`` for a time without an end."""
+    if value is None:
+        return ''
+    return 'never' if value == math.inf else f'{value:.4g}'

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ur5_ros.errors import InputError
+from ur5_ros.wording import number_of
 
 HOME = [0.0, -math.pi / 2, math.pi / 2, -math.pi / 2, -math.pi / 2, 0.0]
 
@@ -245,7 +246,7 @@ def check(parameter: Parameter, value: Any) -> Any:
             raise InputError(f'{name} is {value!r}; give a list of numbers')
         if len(value) not in parameter.sizes:
             sizes = ' or '.join(str(size) for size in parameter.sizes)
-            raise InputError(f'{name} has {len(value)} numbers; give {sizes}')
+            raise InputError(f'{name} has {number_of(len(value), "number")}; give {sizes}')
         return [_number(parameter, item, float) for item in value]
     return _number(parameter, value, type(default))
 

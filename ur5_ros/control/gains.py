@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.errors import InputError
+from ur5_ros.wording import number_of
 
 
 class Gains(NamedTuple):
@@ -93,7 +94,8 @@ def _matrix(name: str, values: Sequence[float] | float) -> np.ndarray:
         return np.diag(numbers)
     if numbers.size == 36:
         return numbers.reshape(6, 6)
-    raise InputError(f'{name} has {numbers.size} numbers; give 1, 6 (diagonal) or 36 (row by row)')
+    raise InputError(f'{name} has {number_of(numbers.size, "number")}; give 1, 6 (diagonal) or 36 '
+                     '(row by row)')
 
 
 def _check_definite(name: str, matrix: np.ndarray) -> None:

@@ -16,6 +16,7 @@ from ur5_ros.control.tool_motion import Branch, tool_motion
 from ur5_ros.control.trajectory import SECOND, Trajectory, TrajectorySequence
 from ur5_ros.errors import InputError
 from ur5_ros.signals import ArmState, Reference, joint_order, joint_values
+from ur5_ros.wording import number_of
 
 #: Paths have at most this many control periods [count].
 _LONGEST_PATH = 500_000
@@ -93,10 +94,11 @@ def plan_path(
     """
     poses = in_base(poses, frame, settings.prefix)
     if len(poses) < 2:
-        raise InputError(f'the path has {len(poses)} poses; give two or more, or use '
+        raise InputError(f'the path has {number_of(len(poses), "pose")}; give two or more, or use '
                          '~/target_pose')
     if len(times) not in (0, len(poses)):
-        raise InputError(f'{len(times)} stamps for {len(poses)} poses; give one each, or none')
+        raise InputError(f'{number_of(len(times), "stamp")} for '
+                         f'{number_of(len(poses), "pose")}; give one each, or none')
     if len(set(times)) <= 1:
         lines, duration = speed_path(poses, settings.tool_speed)
     else:

@@ -1,9 +1,12 @@
-"""The newest joint states, reference and robot description, taken when asked for."""
+"""The newest joint states, reference, description and events, taken when asked for."""
 
-from typing import NamedTuple
+import json
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
@@ -14,6 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 from ur5_ros.signals import JOINT_NAMES
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+_EVENTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 _LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -33,7 +37,7 @@ class Sample(NamedTuple):
 
 class Listener:
     """
-    Three subscriptions that keep the newest message each and are never spun.
+    Subscriptions that keep their newest messages and are never spun.
 
     Best effort, so that a simulator in lockstep never waits for a viewer.
 
@@ -48,6 +52,8 @@ class Listener:
             JointTrajectory, '/ur5_control/reference', _ignore, _NEWEST)
         self._description = self._node.create_subscription(
             String, '/robot_description', _ignore, _LATCHED)
+        self._events = self._node.create_subscription(
+            DiagnosticArray, '/ur5_sim/events', _ignore, _EVENTS)
         self._newest_reference = np.full(6, np.nan)
 
     def description(self) -> str | None:
@@ -63,9 +69,15 @@ class Listener:
         message = _take(self._states)
         if message is None:
             return None
-        stamp = message.header.stamp
-        return Sample(stamp.sec + 1e-9 * stamp.nanosec, _by_name(message.name, message.position),
+        return Sample(_seconds(message), _by_name(message.name, message.position),
                       _by_name(message.name, message.effort), self._newest_reference)
+
+    def events(self) -> Iterator[tuple[float, str, dict[str, Any]]]:
+        """Yield stamp [s], kind and values of the simulator's events since the last call."""
+        while (message := _take(self._events)) is not None:
+            for status in message.status:
+                yield _seconds(message), status.name, {
+                    each.key: json.loads(each.value) for each in status.values}
 
     def close(self) -> None:
         """Leave the graph."""
@@ -77,6 +89,10 @@ def _take(subscription):
     with subscription.handle:
         taken = subscription.handle.take_message(subscription.msg_type, False)
     return None if taken is None else taken[0]
+
+
+def _seconds(message) -> float:
+    return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
 
 
 def _ignore(message: object) -> None:

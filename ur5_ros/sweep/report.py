@@ -22,6 +22,7 @@ from ur5_ros.sweep.summary import (
 )
 from ur5_ros.sweep.table import SweepFolder, input_keys
 from ur5_ros.sweep.units import with_unit
+from ur5_ros.wording import number_of
 
 #: Numbers that the maps show beside the success rate.
 _MAPPED = ('final_error', 'max_torque')
@@ -47,8 +48,8 @@ def write_report(folder: SweepFolder, path: Path) -> Rate:
                 else '')
     body = ''.join([
         f'<div class="verdict"><div class="stamp">{rate.rate:.1%}</div><div><h1>{_text(spec.name)}'
-        f'</h1><p>{_text(spec.question)}</p><p>{rate.successes} of {rate.runs} runs succeeded'
-        f'{interval}. {_criterion(spec)}</p></div></div>\n',
+        f'</h1><p>{_text(spec.question)}</p><p>{rate.successes} of {number_of(rate.runs, "run")} '
+        f'succeeded{interval}. {_criterion(spec)}</p></div></div>\n',
         '<h2>Figures</h2>\n<div class="plots">', *(_box(figure) for figure in figures), '</div>\n',
         _rates(table, spec), _runs(table, spec, folder.path),
         f'<h2>Specification</h2><pre>{_text(json.dumps(as_data(spec), indent=1))}'

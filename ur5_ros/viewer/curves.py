@@ -28,18 +28,18 @@ class Curve:
     One chart over time with a mark that can be moved.
 
     ``t`` (n,): time [s]; ``values`` (n, len(names)): what is drawn; NaN leaves a gap;
-    ``instants``: times [s] with a numbered line.
+    ``instants``: times [s] with a numbered line, numbered from 1.
 
     """
 
     def __init__(self, server: viser.ViserServer, title: str, names: tuple[str, ...],
                  t: np.ndarray, values: np.ndarray, instants: Sequence[float] = ()):
         self._t, self._values, self._row, self._names = t, values, 0, names
+        self._lines = self._numbered(instants)
         self._chart = server.gui.add_uplot(
             data=self._data(0), series=self._series([True] * len(names)), title=title,
             scales=self._scales(), height=_HEIGHT, legend=uplot.Legend(show=True, live=True),
-            axes=(uplot.Axis(stroke=MARK), uplot.Axis(stroke=MARK, size=62.0),
-                  *_numbered_lines(instants)))
+            axes=_axes(self._lines))
 
     def select(self, shown: Sequence[bool]) -> None:
         """Draw these of the curves only."""
@@ -51,15 +51,24 @@ class Curve:
             self._row = row
             self._chart.data = self._data(row)
 
-    def show(self, t: np.ndarray, values: np.ndarray) -> None:
+    def show(self, t: np.ndarray, values: np.ndarray, instants: Sequence[float] = ()) -> None:
         """
         Draw other data, with the mark at their end.
 
-        ``t`` (n,): time [s]; ``values`` (n, number of names): what is drawn; NaN leaves a gap.
+        ``t`` (n,): time [s]; ``values`` (n, number of names): what is drawn; NaN leaves a gap;
+        ``instants``: times [s] with a numbered line.
         """
         self._t, self._values, self._row = t, values, len(t) - 1
+        if (lines := self._numbered(instants)) != self._lines:
+            self._lines = lines
+            self._chart.axes = _axes(lines)
         self._chart.scales = self._scales()
         self._chart.data = self._data(self._row)
+
+    def _numbered(self, instants: Sequence[float]) -> dict[int, float]:
+        """Return the instants within the time shown, by their number."""
+        return {i: at for i, at in enumerate(instants, start=1)
+                if self._t[0] <= at <= self._t[-1]}
 
     def _series(self, shown: Sequence[bool]) -> tuple[uplot.Series, ...]:
         colours = JOINT_COLOURS if self._names == SHORT_NAMES else (MEASURED,)
@@ -95,9 +104,8 @@ class Curves:
 
     def __init__(self, server: viser.ViserServer, track: Track,
                  injected: Sequence[Injection] = ()):
-        instants = sorted({each.t for each in injected})
-        if injected:
-            server.gui.add_markdown(_injected_list(instants, injected))
+        instants = _instants(injected)
+        self.added = server.gui.add_markdown(_injected_list(instants, injected))
         self._charts = [Curve(server, title, names, track.t, values, instants)
                         for (title, names), values in zip(_CHARTS, _values(track), strict=True)]
         with server.gui.add_folder('Joints'):
@@ -116,24 +124,34 @@ class Curves:
         for chart in self._charts:
             chart.mark(row)
 
-    def show(self, track: Track) -> None:
-        """Draw another track."""
+    def show(self, track: Track, injected: Sequence[Injection] = ()) -> None:
+        """Draw another track, and what was added to its plant."""
+        instants = _instants(injected)
+        if (added := _injected_list(instants, injected)) != self.added.content:
+            self.added.content = added
         for chart, values in zip(self._charts, _values(track), strict=True):
-            chart.show(track.t, values)
+            chart.show(track.t, values, instants)
 
 
-def _numbered_lines(instants: Sequence[float]) -> tuple[uplot.Axis, ...]:
-    """Return an axis above a chart with a dotted line and a number at each instant [s]."""
-    if not instants:
-        return ()
-    return (uplot.Axis(scale='x', side=0, size=20.0, stroke=MARK, splits=tuple(instants),
-                       values=tuple(str(i + 1) for i in range(len(instants))),
-                       ticks=uplot.Axis_Ticks(show=False),
-                       grid=uplot.Axis_Grid(stroke=MARK, width=1.0, dash=(3.0, 3.0))),)
+def _instants(injected: Sequence[Injection]) -> list[float]:
+    return sorted({each.t for each in injected})
+
+
+def _axes(lines: Mapping[int, float]) -> tuple[uplot.Axis, ...]:
+    """Return both axes, and above a third with a dotted line at each numbered instant [s]."""
+    axes = (uplot.Axis(stroke=MARK), uplot.Axis(stroke=MARK, size=62.0))
+    if not lines:
+        return axes
+    return (*axes, uplot.Axis(
+        scale='x', side=0, size=20.0, stroke=MARK, splits=tuple(lines.values()),
+        values=tuple(map(str, lines)), ticks=uplot.Axis_Ticks(show=False),
+        grid=uplot.Axis_Grid(stroke=MARK, width=1.0, dash=(3.0, 3.0))))
 
 
 def _injected_list(instants: Sequence[float], injected: Sequence[Injection]) -> str:
-    """Return Markdown that says what acts from each numbered line on."""
+    """Return Markdown that says what acts from each numbered line on; empty for nothing."""
+    if not injected:
+        return ''
     lines = [f'{i}. from {t:.4g} s: ' + '; '.join(each.text[:60] for each in injected
                                                    if each.t == t)
              for i, t in enumerate(instants, start=1)]

@@ -5,12 +5,13 @@ from collections import deque
 
 import numpy as np
 
+from ur5_ros.analysis.injected import Injection, injected_by
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.listener import Listener, Sample
 from ur5_ros.nodes.ros.diagnostics import network
 from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
-from ur5_ros.viewer.page import Page, numbers
+from ur5_ros.viewer.page import MARKS, Page, numbers
 from ur5_ros.viewer.track import Track, number_frame, tool_positions, tree_of
 from ur5_ros.viewer.urdf_tree import UrdfTree, parse_urdf
 
@@ -31,6 +32,8 @@ class LiveView:
         self._listener = Listener()
         self.tree = self._described()
         self._samples: deque[Sample] = deque(maxlen=KEPT)
+        self.injected: list[Injection] = []
+        """What was added to the plant since the page was opened, at its stamp [s]."""
         self.page = Page(self.tree, _empty(), f'{self.tree.name or "robot"}, live', port)
         self.page.numbers.content = f'waiting for /joint_states ({network()})'
         self._drawn = 0.0
@@ -58,6 +61,9 @@ class LiveView:
             return False
         if self._samples and sample.t < self._samples[-1].t:
             self._samples.clear()  # another run
+            self.injected.clear()
+        self.injected += [Injection(t, text) for t, kind, values in self._listener.events()
+                          if (text := injected_by(kind, values))]
         self._samples.append(sample)
         track = self._track()
         row = len(track.t) - 1
@@ -65,7 +71,7 @@ class LiveView:
         self.page.numbers.content = numbers(track, row)
         if time.monotonic() - self._drawn > 0.2 and len(self._samples) > 1:
             self._drawn = time.monotonic()
-            self.page.curves.show(track)
+            self.page.curves.show(track, self.injected[-MARKS:])
             self.page.arm.path('measured', track.tool, MEASURED)
             self.page.arm.path('reference', track.tool_reference, REFERENCE)
         return True

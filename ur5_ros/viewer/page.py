@@ -11,6 +11,8 @@ from ur5_ros.viewer.page_server import PageServer, View
 from ur5_ros.viewer.track import Track
 from ur5_ros.viewer.urdf_tree import UrdfTree
 
+#: Lines of what was added to the plant that a chart can carry.
+MARKS = 40
 #: Where the camera stands and what it looks at, in a wide and in an upright window, where the
 #: panel lies across the lower half; in lengths of the stretched arm.
 _WIDE = (0.82, 1.14, 0.87), (0.0, 0.0, 0.32)

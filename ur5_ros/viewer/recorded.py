@@ -9,13 +9,11 @@ from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.injected import injections
 from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
 from ur5_ros.viewer.curves import colour_key
-from ur5_ros.viewer.page import Page
+from ur5_ros.viewer.page import MARKS, Page
 from ur5_ros.viewer.track import arm_of, track, tree_of
 from ur5_ros.viewer.world_scene import WorldScene
 
 FRAME = 1 / 25
-#: Lines of what was added to the plant that a chart can carry.
-MARKS = 40
 
 
 class RecordedView:

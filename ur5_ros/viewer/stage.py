@@ -30,13 +30,16 @@ class Stage:
         self.floor = 0.0
         """Height of the grid [m]."""
 
-    def placed(self, q: np.ndarray, t: float) -> list[Placed]:
-        """Return every body at joint positions ``q`` [rad] (6,) and time ``t`` [s]."""
+    def arm(self, q: np.ndarray) -> list[Placed]:
+        """Return the links and the tool at joint positions ``q`` [rad] (6,)."""
         poses = link_poses(self.tree, joint_angles(self.tree, q))
-        found = [Placed(visual, poses[link] @ visual.pose)
-                 for link, visuals in self.tree.visuals.items() for visual in visuals]
-        return found + [Placed(visual, self._base @ pose) for visual, pose in
-                        zip(self._world.visuals, self._world.poses(t), strict=True)]
+        return [Placed(visual, poses[link] @ visual.pose)
+                for link, visuals in self.tree.visuals.items() for visual in visuals]
+
+    def world(self, t: float) -> list[Placed]:
+        """Return the bodies that the arm can touch at a time [s]."""
+        return [Placed(visual, self._base @ pose) for visual, pose in
+                zip(self._world.visuals, self._world.poses(t), strict=True)]
 
     def frames(self, q: np.ndarray) -> list[tuple[str, np.ndarray, float]]:
         """Return name, pose and drawn length of the frames that are shown."""

@@ -12,6 +12,7 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.urdf import urdf_text
 from ur5_ros.viewer.urdf_tree import UrdfTree, link_poses, parse_urdf
+from ur5_ros.wording import number_of
 
 
 class Track(NamedTuple):
@@ -106,7 +107,8 @@ def joint_angles(tree: UrdfTree, q: np.ndarray) -> dict[str, np.ndarray]:
 def track(run: Run, tree: UrdfTree, rows: int = 1500) -> Track:
     """Return at most ``rows`` rows of a run, evenly spread."""
     if len(run.stamp) < 2:
-        raise InputError(f'{run.name}: {len(run.stamp)} states; a picture needs two at least')
+        raise InputError(f'{run.name}: {number_of(len(run.stamp), "state")}; a picture needs '
+                         'two at least')
     pick = np.unique(np.linspace(0, len(run.stamp) - 1, rows).round().astype(int))
     q = run.states.q[pick]
     reference = np.full_like(q, np.nan) if run.reference is None else run.reference.q[pick]

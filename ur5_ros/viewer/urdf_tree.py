@@ -8,6 +8,7 @@ import numpy as np
 
 from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import rotation_about, rotation_of_rpy
+from ur5_ros.wording import number_of
 
 MAX_CHARACTERS = 20_000_000
 
@@ -171,5 +172,5 @@ def _numbers(text: str | None, count: int) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise InputError(f'robot description: {text!r}; {count} numbers are needed')
+        raise InputError(f'robot description: {text!r}; needed: {number_of(count, "number")}')
     return numbers

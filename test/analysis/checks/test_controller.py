@@ -8,7 +8,9 @@ import pytest
 from ur5_ros.analysis.data.given_reference import given_reference
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import NodeRecord, Run, States
+from ur5_ros.analysis.report.html import html_text
 from ur5_ros.analysis.validate import validate
+from ur5_ros.cli.terminal import number
 from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
@@ -66,7 +68,9 @@ def test_a_law_that_sags_fails_as_soon_as_the_goal_is_known(sagging):
     assert not result.passed and check.verdict == 'fail'
     sag = np.abs(sagging.states.q[-1] - GOAL).max()
     assert check.value >= sag > 0.05
-    assert result.check('controller settling').verdict == 'fail'
+    settling = result.check('controller settling')
+    assert settling.verdict == 'fail' and 'not settled within' in settling.sentence
+    assert number(settling.value) == 'never' and '>never<' in html_text(result)
 
 
 def test_a_law_that_reaches_its_goal_passes(good):

@@ -54,7 +54,7 @@ def test_another_stiffness_than_the_recorded_one_fails():
     other = {**run.control.parameters, 'impedance.stiffness': [801.0, *SOFT[
         'impedance.stiffness'][1:]]}
     check = law_check(replace(run, control=replace(run.control, parameters=other)), load_marks())
-    assert check.verdict == 'fail' and 'commands are not those of the law' in check.sentence
+    assert check.verdict == 'fail' and 'differ from the law' in check.sentence
 
 
 def test_a_desired_wrench_is_part_of_the_law_from_its_state_on():

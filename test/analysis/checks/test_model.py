@@ -93,7 +93,7 @@ def test_limits_touched_are_named(simulated):
     states = run.states._replace(qd=run.states.qd.copy())
     states.qd[10, 4] = -3.2
     check = validate(replace(run, states=states)).check('limits')
-    assert check.verdict == 'fail' and 'wrist_2_joint speed in 1 states' in check.sentence
+    assert check.verdict == 'fail' and 'wrist_2_joint speed in 1 state ' in check.sentence
 
 
 def test_energy_from_nowhere_is_noticed(simulated):

@@ -82,7 +82,7 @@ def test_an_empty_message_is_counted_and_passed_over(judged, made, row):
     messages = arm_messages(made)
     messages[row] = (messages[row][0], message(made.stamp[row]))
     result = judged(messages)
-    assert result.verdict == 'pass' and '1 messages of /joint_states' in remarks(result)
+    assert result.verdict == 'pass' and '1 message of /joint_states' in remarks(result)
     assert result.about['states'] == len(messages) - 1
 
 
@@ -486,7 +486,7 @@ def test_a_value_that_no_arm_can_have_is_dropped_and_counted(judged, made, field
     values[5, 3] = value
     result = judged(arm_messages(made.with_(**{field: values})))
     assert result.verdict == 'pass' and result.about['states'] == 699
-    assert '1 states of 700 hold a value that no arm can have' in remarks(result)
+    assert '1 state of 700 holds a value that no arm can have' in remarks(result)
 
 
 def test_positions_in_degrees_are_refused_with_joint_and_value(judged, made):

@@ -164,7 +164,7 @@ def test_answers_to_states_that_are_not_recorded_fail(copied):
     folder = copied('sim', change=lambda topic, number, data:
                     None if topic == STATES and number == 30 else data)
     result = validate(load_run(folder))
-    assert '1 answers belong to no recorded state' in result.check('pairing').sentence
+    assert '1 answer belongs to no recorded state' in result.check('pairing').sentence
     assert result.check('timing').verdict == 'fail'
     assert result.check('residual, simulator arm').verdict == 'pass'
 

@@ -12,6 +12,7 @@ from ur5_ros.config import SIM_PARAMETERS
 from ur5_ros.config.validation import Marks
 from ur5_ros.model.kinematics import jacobian
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.wording import number_of
 
 _NAMES = ('Coulomb cone', 'contact passivity', 'external torque')
 
@@ -47,7 +48,7 @@ def _cone_check(run: Run, marks: Marks) -> Check:
                               'or monitor_rate is 0')
     return judge(_NAMES[0], worst, marks['contact_cone'], 'N',
                  f'friction exceeds its coefficient times the normal force by at most '
-                 f'{worst:.3g} N in {count} recorded contacts{where}', contacts=count)
+                 f'{worst:.3g} N in {number_of(count, "recorded contact")}{where}', contacts=count)
 
 
 def _passivity_check(run: Run, marks: Marks) -> Check:

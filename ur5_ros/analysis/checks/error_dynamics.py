@@ -21,6 +21,7 @@ from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.analysis.tracking import tool_tracking
 from ur5_ros.config.validation import Marks
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.wording import number_of
 
 #: Largest correction Kp e + Kd d of the paper's experiment, at its start: the error of a sampled
 #: transient grows with it [rad/s^2].
@@ -54,7 +55,7 @@ def _error_checks(run: Run, marks: Marks) -> tuple[list[Check], ErrorDynamics]:
     if why:
         return [not_applicable(name, why) for name in _NAMES], dynamics
     left_out = int((~counted).sum())
-    note = f'; {left_out} periods left out' if left_out else ''
+    note = f'; {number_of(left_out, "period")} left out' if left_out else ''
     checks = []
     noise = noise_allowance(run)
     if run.substeps == 1 and not noise:

@@ -9,6 +9,7 @@ from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.wording import agree, number_of
 
 
 def law_check(run: Run, marks: Marks) -> Check:
@@ -38,8 +39,9 @@ def law_check(run: Run, marks: Marks) -> Check:
     sentence = f'commands and the law computed again differ by at most {worst:.2g} N m'
     if not worst <= marks['command']:
         wrong = (np.abs(away) > marks['command']).any(axis=1)
-        sentence = (f'{wrong.sum()} commands are not those of the law with the gains and the arm '
-                    f'in the bag, the first at {run.t[rows[np.argmax(wrong)]]:.4g} s (worst: '
+        count, first = int(wrong.sum()), run.t[rows[np.argmax(wrong)]]
+        sentence = (f'{number_of(count, "command")} {agree(count, "differ")} from the law with '
+                    f'the gains and the arm in the bag, the first at {first:.4g} s (worst: '
                     f'{worst:.3g} N m at {JOINT_NAMES[joint]}, {run.t[rows[row]]:.4g} s): another '
                     'law answered, or it was changed and the bag does not say so')
     return judge(name, worst, marks['command'], 'N m', sentence, joint=JOINT_NAMES[joint])

@@ -5,6 +5,7 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.result import FAIL, PASS, Check, not_applicable
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.wording import number_of
 
 
 def limits_check(run: Run) -> Check:
@@ -26,7 +27,8 @@ def limits_check(run: Run) -> Check:
         use[what] = dict(zip(JOINT_NAMES, share.max(axis=0, initial=0.0).tolist(), strict=True))
         for i in np.flatnonzero(beyond.any(axis=0)):
             count, first = int(beyond[:, i].sum()), int(np.argmax(beyond[:, i]))
-            touched.append(f'{JOINT_NAMES[i]} {what} in {count} states from {run.t[first]:.4g} s')
+            touched.append(f'{JOINT_NAMES[i]} {what} in {number_of(count, "state")} from '
+                           f'{run.t[first]:.4g} s')
     stops = [event for event in run.events if event.kind == 'protective_stop']
     touched += [f'protective stop at {event.stamp * 1e-9:.6g} s' for event in stops[:3]]
     if touched:

@@ -5,6 +5,7 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.result import FAIL, PASS, Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
+from ur5_ros.wording import agree, number_of
 
 #: States on either side of a step that distinguish a missing state from jitter.
 NEAR = 8
@@ -58,12 +59,15 @@ def pairing_check(run: Run, marks: Marks) -> Check:
                'states_without_answer': missing}
     if counts.get('commands_held'):
         under = int(answered.sum())
-        return Check('pairing', PASS if under else FAIL, f'{counts["commands_held"]} commands at '
+        held = number_of(counts['commands_held'], 'command')
+        return Check('pairing', PASS if under else FAIL, f'{held} at '
                      f'their own rate, each acts until the next: {under} of {len(answered)} '
                      'periods under one', details=details)
     if orphans:
-        return Check('pairing', FAIL, f'{orphans} answers belong to no recorded state; '
-                     f'{missing} states have no answer', float(orphans), 0.0, 'answers', details)
+        return Check('pairing', FAIL, f'{number_of(orphans, "answer")} '
+                     f'{agree(orphans, "belong")} to no recorded state; '
+                     f'{number_of(missing, "state")} without an answer',
+                     float(orphans), 0.0, 'answers', details)
     where, by_order = '', ''
     if counts.get('answers_paired_by_order'):
         by_order = '; commands without a stamp, paired by their order'
@@ -90,13 +94,13 @@ def timing_check(run: Run, marks: Marks) -> Check:
         late += (f'; state to command {p50:.3g} ms (p50), {p99:.3g} ms (p99), {most:.3g} ms (max) '
                  'of wall clock')
     if back:
-        return Check('timing', FAIL, f'{back} stamps go back{late}', float(back), 0.0, 'stamps',
-                     details)
+        return Check('timing', FAIL, f'{number_of(back, "stamp")} {agree(back, "go")} back{late}',
+                     float(back), 0.0, 'stamps', details)
     if gaps:
         row = int(np.argmax(gap))
         at = run.t[row] if run.sim is None else run.stamp[row] * 1e-9
         return judge('timing', gaps, 0.0, 'gaps',
-                     f'{gaps} gaps; the first after {at:.6g} s: '
+                     f'{number_of(gaps, "gap")}; the first after {at:.6g} s: '
                      f'{steps[row] * 1e-9:.6g} s instead of {run.h:.6g} s{late}', **details)
     if paced := _lateness(run):
         details |= paced
@@ -105,8 +109,8 @@ def timing_check(run: Run, marks: Marks) -> Check:
             return judge('timing', share, marks['late'], '1',
                          f'{paced["late"]} of {len(run.stamp)} periods began late, '
                          f'{paced["fallback"]} passed under the fallback{late}', **details)
-        late = (f'; {paced["late"]} periods began late, {paced["fallback"]} passed under the '
-                f'fallback{late}')
+        late = (f'; {number_of(int(paced["late"]), "period")} began late, {paced["fallback"]} '
+                f'passed under the fallback{late}')
     return judge('timing', gaps, 0.0, 'gaps',
                  f'every state follows the one before by {run.h * 1e3:.6g} ms{late}', **details)
 

@@ -14,6 +14,7 @@ from ur5_ros.bag.metadata import NAME
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import bags_of_run, is_bag
 from ur5_ros.errors import BagError, InputError
+from ur5_ros.wording import agree, number_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,9 +156,10 @@ def _of_the_contents(problems: list[str], path: Path) -> tuple[list[str], list[s
 def _left_out(columns: Columns, topic: FoundTopic) -> list[str]:
     """Return what of the messages of a topic was left out, in sentences."""
     total = columns.skipped + len(columns.stamp)
-    skipped = [f'{columns.skipped} messages of {topic.name}, of {total}, could not be '
-               'used: joint names missing or twice, or lengths that contradict each other'
+    skipped = [f'{number_of(columns.skipped, "message")} of {topic.name}, of {total}, could not '
+               'be used: joint names missing or twice, or lengths that contradict each other'
                ] if columns.skipped else []
-    return skipped + [f'{count} messages of {topic.name}, of {total}, have fewer values of '
-                      f'{field} than names: that field was left out'
+    return skipped + [f'{number_of(count, "message")} of {topic.name}, of {total}, '
+                      f'{agree(count, "have")} fewer values of {field} than names: that field '
+                      'was left out'
                       for field, count in columns.short.items()]

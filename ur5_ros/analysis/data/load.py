@@ -24,6 +24,7 @@ from ur5_ros.analysis.data.states.rows import StateRows, foreign_rows, own_rows
 from ur5_ros.analysis.data.target_wrench import target_wrenches
 from ur5_ros.config import CONTROL_PARAMETERS, complete, load_arm
 from ur5_ros.errors import InputError
+from ur5_ros.wording import number_of
 
 #: What a run says whose states carry noise.
 EXACT_STATES = ('the measured states carry noise; checks and causes are of the exact ones '
@@ -93,7 +94,7 @@ def load_run(
     found = _states(bag, bags, counts, problems, remarks)
     stamp = found.stamp
     if len(stamp) < 2:
-        raise InputError(f'{folder}: {len(stamp)} states; at least two are needed')
+        raise InputError(f'{folder}: {number_of(len(stamp), "state")}; at least two are needed')
     sim, control = _records(
         bags, arm, control_arm, keep_arm,
         {key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None})

@@ -22,6 +22,7 @@ from ur5_ros.bag.untyped import declare_by_content
 from ur5_ros.cdr.codec import decode
 from ur5_ros.errors import BagError, InputError
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.wording import number_of
 
 _JOINT_STATE = 'sensor_msgs/msg/JointState'
 
@@ -212,7 +213,8 @@ class _Search:
         if not names:
             count = len(bag.columns(topic).log_time)
             why = f': {self._unread[topic]}' if topic in self._unread else ''
-            what = (f'none of the {count} messages on {topic} is a {_JOINT_STATE} with names{why}'
+            what = (f'none of {number_of(count, "message")} on {topic} is a {_JOINT_STATE} '
+                    f'with names{why}'
                     if count else f'no message on {topic}')
             return f'{bag.path}: {what}{self._damage()}'
         shown = ', '.join(names[0][:7])

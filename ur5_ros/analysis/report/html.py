@@ -1,6 +1,7 @@
 """The report: one HTML file that opens from disk, the verdict first, every figure zoomable."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from ur5_ros.analysis.report.document import markup as _text
 from ur5_ros.analysis.report.figure import Figure
 from ur5_ros.analysis.report.figures import figures
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, PASS, Check, Result
+from ur5_ros.wording import agree, number_of
 
 #: Lines of events that a figure can carry.
 MARKS = 40
@@ -55,11 +57,12 @@ def _verdict(result: Result) -> str:
     if failed:
         why = (f'Cause: {result.causes[0]["sentence"]}' if result.causes
                else f'First: {failed[0].sentence}')
-        words = f'{len(failed)} of {len(count)} checks fail. {why}.'
+        words = f'{len(failed)} of {len(count)} checks {agree(len(failed), "fail")}. {why}.'
     else:
-        words = f'{count.count(PASS)} checks pass'
+        passed = count.count(PASS)
+        words = f'{number_of(passed, "check")} {agree(passed, "pass")}'
         skipped = count.count(NOT_APPLICABLE)
-        words += f', {skipped} {"does" if skipped == 1 else "do"} not apply.' if skipped else '.'
+        words += f', {skipped} {agree(skipped, "do")} not apply.' if skipped else '.'
     judged = '' if result.headline == result.verdict else ' unjudged'
     return (f'<div class="verdict {_text(result.verdict)}{judged}"><div class="stamp">'
             f'{_text(result.headline)}</div><div><h1>{_text(result.run)}</h1>'
@@ -140,6 +143,10 @@ def _row(check: Check) -> str:
 def _number(value: float | None, unit: str) -> str:
     if value is None:
         return '&ndash;'
+    if value == math.inf:
+        return 'never'
+    if value == 1.0 and len(unit) > 2:
+        unit = unit.removesuffix('s')  # states, answers, gaps
     return _text(f'{value:.3g} {unit}'.strip())
 
 

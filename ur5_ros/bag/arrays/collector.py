@@ -10,6 +10,7 @@ from ur5_ros.bag.mcap.message_index import MessageIndex
 from ur5_ros.cdr.codec import Definitions, decode
 from ur5_ros.cdr.layout import Layout
 from ur5_ros.errors import BagError
+from ur5_ros.wording import number_of
 
 #: Layouts of one topic that are read as arrays; messages of further ones are decoded one by one.
 MAX_LAYOUTS = 32
@@ -166,8 +167,8 @@ class Collector:
     def result(self) -> Columns:
         """Return all that was added, in its order."""
         if self._unread:
-            self._report(f'topic {self._topic}: {self._unread} messages could not be read; '
-                         f'the first: {self._first_unread}')
+            self._report(f'topic {self._topic}: {number_of(self._unread, "message")} could not be '
+                         f'read; the first: {self._first_unread}')
         table = self._table.trimmed()
         return Columns(self._names or (), table.stamp, table.log_time, table.publish_time,
                        table.fields, table.skipped, np.array(self._broken, np.int64),

@@ -14,6 +14,7 @@ from ur5_ros.bag.mcap.message_index import Indexer, MessageIndex, index_messages
 from ur5_ros.bag.mcap.records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
 from ur5_ros.bag.mcap.summary import Summary, read_summary
 from ur5_ros.errors import BagError
+from ur5_ros.wording import number_of
 
 #: Chunks are indexed together up to this size [bytes].
 BATCH_SIZE = 1 << 20
@@ -148,8 +149,8 @@ class McapReader:
         listed = {channel: number for channel, number in stated.channel_message_counts.items()
                   if number}
         if sum(counted.values()) != stated.message_count or (listed and listed != counted):
-            self.report(f'{self.path}: holds {sum(counted.values())} messages; its statistics '
-                        f'say {stated.message_count}')
+            self.report(f'{self.path}: holds {number_of(sum(counted.values()), "message")}; its '
+                        f'statistics say {stated.message_count}')
 
     def _gathered(self) -> Iterator[list[bytes]]:
         """Yield contents of chunks, several together up to BATCH_SIZE."""

@@ -7,6 +7,7 @@ from ur5_ros.cli import terminal
 from ur5_ros.cli.exit_codes import WITH_LOSS, YES
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
+from ur5_ros.wording import number_of
 
 
 def replay(
@@ -26,7 +27,7 @@ def replay(
     with terminal.progress('replaying', float(playback.time[-1]) * 1e-9, 's') as advance:
         sent = publish(playback, rate, loop, advance)
     terminal.show_text(terminal.console(),
-                       f'{sent} messages sent on {", ".join(playback.types)}')
+                       f'{number_of(sent, "message")} sent on {", ".join(playback.types)}')
     return YES
 
 

@@ -13,6 +13,7 @@ from ur5_ros.cli.exit_codes import BAD_INPUT, NO, YES
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.batch_validation import NOT_JUDGED, UNREADABLE, Judgement, judge_all
+from ur5_ros.wording import number_of
 
 
 def runs_below(folder: Path) -> list[Path]:
@@ -83,7 +84,7 @@ def _show(judgements: list[Judgement]) -> None:
                                 '' if good else f'  {_first(judgement.why)}'),
                   soft_wrap=not out.is_terminal)
     passed = sum(judgement.verdict == PASS for judgement in judgements)
-    out.print(f'{passed} of {len(judgements)} runs passed')
+    out.print(f'{passed} of {number_of(len(judgements), "run")} passed')
 
 
 def _first(why: str) -> str:

@@ -17,6 +17,7 @@ from ur5_ros.cli.exit_codes import NO, YES
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.batch_validation import marks_of
+from ur5_ros.wording import number_of
 
 
 def validate(
@@ -85,7 +86,7 @@ def compare(run_a: Path, run_b: Path, json: Path | None, given: Mapping[str, Any
         terminal.show_text(out, _in_words(difference))
     for count, run in ((found.only_a, a), (found.only_b, b)):
         if count:
-            out.print(f'{count} states only in {run.name}', soft_wrap=True)
+            out.print(f'{number_of(count, "state")} only in {run.name}', soft_wrap=True)
     for run in (a, b):
         terminal.show_notes(out, run)
     for name, (left, right) in found.parameters.items():
@@ -103,7 +104,8 @@ def compare(run_a: Path, run_b: Path, json: Path | None, given: Mapping[str, Any
 
 def _in_words(difference: Difference) -> str:
     if not difference.different:
-        return f'{difference.quantity}: {difference.compared} rows equal to the last bit'
+        rows = number_of(difference.compared, 'row')
+        return f'{difference.quantity}: {rows} equal to the last bit'
     growth = ', '.join(f'{size:.2g} {when}' for when, size in difference.growth.items())
     return (f'{difference.quantity}: {difference.different} of {difference.compared} rows differ, '
             f'first at {difference.first_s:.9g} s ({difference.first_joint}), by at most '

@@ -20,6 +20,7 @@ from ur5_ros.sweep.spec import (
 )
 from ur5_ros.sweep.summary import worst_runs
 from ur5_ros.sweep.table import SweepFolder, open_sweep
+from ur5_ros.wording import number_of
 
 #: Where sweeps are written by default.
 SWEEPS = Path('sweeps')
@@ -39,8 +40,8 @@ def sweep(name: str, out: Path | None, scheduler: str | None, workers: int | Non
         with terminal.progress(spec.name, total, 'runs') as advance:
             run_sweep(spec, folder, scheduler, workers, advance)
     except KeyboardInterrupt:
-        terminal.show_text(screen, f'{len(folder.done())} of {total} runs are done; the same '
-                           'command continues')
+        terminal.show_text(screen, f'{len(folder.done())} of {number_of(total, "run")} done; '
+                           'the same command continues')
         raise
     screen.print(f'table: {folder.write_table()}', soft_wrap=True)
     return _report(folder, screen)
@@ -58,8 +59,8 @@ def _report(folder: SweepFolder, screen: terminal.Console) -> int:
     rate = write_report(folder, path)
     interval = (f' (95 % interval {rate.low:.1%} to {rate.high:.1%})'
                 if has_drawn_keys(folder.spec) else '')
-    terminal.show_text(screen, f'{rate.successes} of {rate.runs} runs succeeded: {rate.rate:.1%}'
-                       f'{interval}')
+    terminal.show_text(screen, f'{rate.successes} of {number_of(rate.runs, "run")} succeeded: '
+                       f'{rate.rate:.1%}{interval}')
     worst = worst_runs(folder.table(), 3, folder.spec.success)
     failures = [row for row in worst if not row['success']]
     for row in failures:

@@ -24,6 +24,7 @@ from ur5_ros.nodes.ros.environment import REFUSED, print_refusal
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.ros.wait_set_loop import spin_time
+from ur5_ros.wording import agree, number_of
 
 #: Exit codes besides REFUSED: done; an error of the program; done, but the recording lost some.
 DONE, FAULT, LOSS = 0, 1, 3
@@ -89,7 +90,8 @@ def end_node(node: Node, recording: Recording, message: str) -> int:
     """Log the end of a node and what its bag lacks, destroy it, and return the exit code."""
     logger, lost, failure = node.get_logger(), recording.lost, recording.failure
     if lost or failure:
-        logger.error(f'{lost} messages are in no bag: {failure or "too many at once"}')
+        logger.error(f'{number_of(lost, "message")} {agree(lost, "are")} in no bag: '
+                     f'{failure or "too many at once"}')
     logger.info(message)
     node.destroy_node()  # the others would list it for seconds otherwise
     return LOSS if lost or failure else DONE

@@ -9,7 +9,7 @@ from ur5_ros.analysis.injected import Injection
 from ur5_ros.analysis.report import palette
 from ur5_ros.analysis.report.palette import rgb
 from ur5_ros.viewer.picture.camera import Camera
-from ur5_ros.viewer.picture.ray_caster import Picture, cast
+from ur5_ros.viewer.picture.ray_caster import Picture, cast, seen_through
 from ur5_ros.viewer.picture.strips import INK, PAPER, SOFT, Strips
 from ur5_ros.viewer.stage import Stage
 from ur5_ros.viewer.track import Track
@@ -49,9 +49,9 @@ class Frames:
     def frame(self, row: int) -> np.ndarray:
         """Return one row as an image (height, width, 3) of bytes."""
         t = float(self._track.t[row])
-        picture = cast(self.camera, self._stage.placed(self._track.q[row], t), self._stage.floor)
+        picture, hides = self._cast(row, t)
         scene = self._scene(picture)
-        lines = _Lines(scene, self.camera, picture.depth)
+        lines = _Lines(scene, self.camera, hides)
         lines.path(self._track.tool_reference, REFERENCE)
         lines.path(self._track.tool[:row + 1], MEASURED)
         frames = self._stage.frames(self._track.q[row])
@@ -66,6 +66,18 @@ class Frames:
         self._words(ImageDraw.Draw(whole), row, frames)
         whole.paste(self._strips.marked(row), (0, self._height))
         return np.asarray(whole)
+
+    def _cast(self, row: int, t: float) -> tuple[Picture, np.ndarray]:
+        """
+        Return what the camera sees, and the depth of what hides lines.
+
+        Where the world hides the arm, the arm shows through; the world hides no line.
+        """
+        links, world = self._stage.arm(self._track.q[row]), self._stage.world(t)
+        arm = cast(self.camera, links, self._stage.floor)
+        if not world:
+            return arm, arm.depth
+        return seen_through(cast(self.camera, links + world, self._stage.floor), arm), arm.depth
 
     def _grid(self) -> np.ndarray:
         """Return the floor with squares of a quarter of a metre."""

@@ -15,6 +15,8 @@ _LIGHTS = np.array([[0.25, 0.55, 1.0, 0.62], [-0.9, 0.6, 0.35, 0.16], [0.9, 0.4,
 _LIGHTS[:, :3] /= np.linalg.norm(_LIGHTS[:, :3], axis=1, keepdims=True)
 _KINDS = {'cylinder': ray_kernel.CYLINDER, 'sphere': ray_kernel.SPHERE, 'box': ray_kernel.BOX}
 _GAMMA = 2.2
+#: What a body before another keeps of its own colour where the other shows through.
+_VEIL = 0.45
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
@@ -55,6 +57,19 @@ def cast(camera: Camera, placed: Sequence[Placed], floor: float = 0.0) -> Pictur
     ray_kernel.cast.run(1, (bodies, windows, shades, np.append(camera.view, floor), _LIGHTS), (),
                         (depth, colour, shadow))
     return Picture(colour.reshape(*depth.shape, 3), depth, shadow)
+
+
+def seen_through(picture: Picture, behind: Picture) -> Picture:
+    """
+    Return a picture in which some of the bodies show through those before them.
+
+    ``behind``: the picture of these alone.
+    """
+    hidden = np.isfinite(behind.depth) & (picture.depth < behind.depth)
+    colour = picture.colour.copy()
+    colour[hidden] = np.rint(_VEIL * picture.colour[hidden]
+                             + (1.0 - _VEIL) * behind.colour[hidden])
+    return picture._replace(colour=colour)
 
 
 def _pieces(visual: Visual, pose: np.ndarray):

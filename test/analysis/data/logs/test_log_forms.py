@@ -208,9 +208,9 @@ def test_a_time_of_another_name_is_taken_and_named(tmp_path, names):
 OUT_OF_ORDER = {
     'backwards': ([lines()[0], *lines()[:0:-1]], 'turned round', N),
     'one row ahead': ([*lines()[:50], lines()[80], *lines()[51:]],
-                      '1 rows of 120 go back in time, or are ahead.*line 51', N - 1),
+                      '1 row of 120 goes back in time, or ahead.*line 51', N - 1),
     'two rows swapped': ([*lines()[:50], lines()[51], lines()[50], *lines()[52:]],
-                         '1 rows of 120 go back in time.*line 51', N - 1),
+                         '1 row of 120 goes back in time.*line 51', N - 1),
     'a second recording, shorter': ([*lines(), *lines(start=START - 9.0)[1:41]],
                                     '40 rows of 160 are of another recording.*line 122', N),
     'a second recording, longer': ([*lines(start=START + 0.1)[:41], *lines()[1:]],

@@ -72,7 +72,7 @@ def at(line, change):
     (lambda lines: [line.replace('q_actual', 'p') for line in lines], 'no columns q_actual_1..6'),
     (at(0, lambda line: line.replace('t,', 'clock,', 1)), 'no column t or timestamp or time'),
     (at(0, lambda line: line.replace('q_target_2', 'q_target_1')), 'stands twice'),
-    (lambda lines: lines[1:], 'have no names; name them.*--columns'),
+    (lambda lines: lines[1:], 'without names; name them.*--columns'),
     (lambda lines: lines[:1] + [line.replace('.', '.x') for line in lines[1:]],
      '0 of 400 rows can be used.*no numbers: dropped .first: line 2'),
     (lambda lines: lines[:1], 'at least two whole rows'),
@@ -97,13 +97,13 @@ def cell(line, column, value):
 
 
 @pytest.mark.parametrize('spoil, says, rows', [
-    (cell(5, 1, 'nan'), '1 rows of 400 hold a value that is no number or impossible.*line 6', 399),
-    (cell(5, 1, '5.9e293'), '1 rows of 400 hold a value that is no number or impossible', 399),
-    (cell(5, 1, 'inf'), '1 rows of 400 hold a value that is no number or impossible', 399),
-    (cell(5, 1, 'abc'), '1 rows of 400 are cut off or no numbers.*line 6', 399),
-    (at(9, lambda line: line.rpartition(',')[0]), '1 rows of 400 are cut off.*line 10', 399),
-    (at(400, lambda line: line[:40]), '1 rows of 400 are cut off.*line 401', 399),
-    (cell(7, 0, '0.0'), '1 rows of 400 go back in time.*line 8', 399),
+    (cell(5, 1, 'nan'), '1 row of 400 holds a value that is no number or impossible.*line 6', 399),
+    (cell(5, 1, '5.9e293'), '1 row of 400 holds a value that is no number or impossible', 399),
+    (cell(5, 1, 'inf'), '1 row of 400 holds a value that is no number or impossible', 399),
+    (cell(5, 1, 'abc'), '1 row of 400 is cut off or no numbers.*line 6', 399),
+    (at(9, lambda line: line.rpartition(',')[0]), '1 row of 400 is cut off.*line 10', 399),
+    (at(400, lambda line: line[:40]), '1 row of 400 is cut off.*line 401', 399),
+    (cell(7, 0, '0.0'), '1 row of 400 goes back in time.*line 8', 399),
     (lambda lines: lines[:1] + [each for line in lines[1:] for each in (line, line)],
      '400 rows of 800 repeat the time', 400)])
 def test_rows_that_do_not_count_are_dropped_and_counted_by_line(tmp_path, spoil, says, rows):
@@ -162,7 +162,7 @@ def test_a_log_without_names_is_read_by_those_of_the_option(tmp_path, columns):
     run = load_run(tmp_path / 'run')
     np.testing.assert_allclose(run.states.effort, table()[0]['torque'], atol=1e-6)
     assert ('no velocity is measured' in '; '.join(run.remarks)) == ('-,' in columns)
-    with pytest.raises(InputError, match='names 1 columns; the log has 19'):
+    with pytest.raises(InputError, match='names 1 column; the log has 19'):
         read_table(tmp_path / 'log.csv', 'timestamp')
 
 

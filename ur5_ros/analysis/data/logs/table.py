@@ -12,6 +12,7 @@ from ur5_ros.analysis.data.logs.text import LogText, cells_of, number, read_log
 from ur5_ros.analysis.data.logs.time_order import time_order
 from ur5_ros.analysis.data.logs.time_unit import seconds_of
 from ur5_ros.errors import InputError
+from ur5_ros.wording import agree, number_of
 
 #: Share of the rows that must count.
 LEAST_SHARE = 0.5
@@ -75,7 +76,7 @@ def _numbers(text: LogText, used: list[int],
 def _parsed(cells: list[str], used: list[int], names: list[str]) -> tuple[list[float], str]:
     """Return the numbers of a row, the time first; and why it is broken, empty where it is not."""
     if len(cells) != len(names):
-        return [], f'{len(cells)} cells instead of {len(names)}'
+        return [], f'{number_of(len(cells), "cell")} instead of {len(names)}'
     values: list[float] = []
     for column in used:
         try:
@@ -119,7 +120,7 @@ def _countable(log: Path, table: np.ndarray, lines: np.ndarray, broken: np.ndarr
     if found_order.turned:
         remarks.append('the rows run backwards in time; they were turned round')
     _remark(remarks, lines[found_order.repeated], total, 'repeat the time of the row before')
-    _remark(remarks, lines[found_order.stray], total, 'go back in time, or are ahead of it')
+    _remark(remarks, lines[found_order.stray], total, 'go back in time, or ahead of it')
     others = lines[found_order.others]
     _remark(remarks, others, total, 'are of another recording in the same file')
     table, lines = table[found_order.order], lines[found_order.order]
@@ -184,4 +185,5 @@ def _remark(remarks: list[str], lines: np.ndarray, total: int, why: str,
             reason: str = '') -> None:
     if len(lines):
         first = f'line {lines[0]}{": " if reason else ""}{reason}'
-        remarks.append(f'{len(lines)} rows of {total} {why}: dropped (first: {first})')
+        remarks.append(f'{number_of(len(lines), "row", total)} {agree(len(lines), why)}: dropped '
+                       f'(first: {first})')

@@ -14,6 +14,7 @@ from ur5_ros.analysis.data.logs.columns import (
     plain_name,
 )
 from ur5_ros.errors import InputError
+from ur5_ros.wording import number_of
 
 #: Largest log [bytes]: ten hours at 500 Hz are about this long.
 MAX_BYTES = 4 << 30
@@ -80,9 +81,9 @@ def read_log(log: Path, columns: str | None) -> LogText:
         body = [line.replace(',', '.') for line in body]
     wide = sum(_width(line, separator) != len(names) for line in body)
     if 2 * wide > len(body) and is_header(names):
-        raise InputError(f'{log}: the names are {len(names)}, the first row has '
-                         f'{_width(body[0], separator)} columns; make them agree, or name the '
-                         'columns with --columns')
+        width = number_of(_width(body[0], separator), 'column')
+        raise InputError(f'{log}: the names are {len(names)}, the first row has {width}; make '
+                         'them agree, or name the columns with --columns')
     return LogText(names, body, [i + 1 for i in rows], separator, remarks)
 
 
@@ -203,12 +204,14 @@ def _names(log: Path, cells: list[str], headed: bool, columns: str | None) -> li
     """Return the names of the columns: those of the file, or those that the user gives."""
     if columns is None:
         if not headed:
-            raise InputError(f'{log}: its {len(cells)} columns have no names; name them, - skips '
-                             'one: --columns timestamp,actual_q,actual_qd,target_moment,...')
+            raise InputError(f'{log}: {number_of(len(cells), "column")} without names; name '
+                             'them, - skips one: --columns timestamp,actual_q,actual_qd,'
+                             'target_moment,...')
         return cells
     names = column_names(columns)
     if len(names) != len(cells):
-        raise InputError(f'{log}: --columns names {len(names)} columns; the log has {len(cells)}')
+        raise InputError(f'{log}: --columns names {number_of(len(names), "column")}; the log '
+                         f'has {len(cells)}')
     return names
 
 

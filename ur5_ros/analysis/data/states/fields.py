@@ -8,6 +8,7 @@ import numpy as np
 from ur5_ros.bag.arrays.columns import Columns
 from ur5_ros.errors import InputError
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.wording import agree, number_of
 
 FIELDS = ('position', 'velocity', 'effort')
 
@@ -57,8 +58,9 @@ def measured_fields(columns: Columns, path: Path, remarks: list[str]) -> Fields:
         (np.isnan(new) & np.isfinite(columns.fields[field])).any(axis=1).astype(int)
         for field, new in zip(FIELDS, (position, velocity, effort), strict=True))
     if np.any(impossible):
-        remarks.append(f'{np.count_nonzero(impossible)} states of {len(position)} hold a value '
-                       'that no arm can have')
+        count = int(np.count_nonzero(impossible))
+        remarks.append(f'{number_of(count, "state", len(position))} {agree(count, "hold")} a '
+                       'value that no arm can have')
     _refuse_degrees(position, path)
     needed = [position]
     has_velocity = _is_measured(velocity, 'velocity', remarks) and not _is_idle(

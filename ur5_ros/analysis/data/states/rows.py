@@ -22,6 +22,7 @@ from ur5_ros.analysis.data.states.stamps import (
 )
 from ur5_ros.bag.arrays.columns import Columns
 from ur5_ros.errors import InputError
+from ur5_ros.wording import agree, number_of
 
 #: Speed beside a row of zero velocity at which that row is no measurement [rad/s], and how many
 #: rows on either side are looked at.
@@ -57,8 +58,9 @@ def unique_rows(columns: Columns, counts: dict[str, int], what: str,
         a, b = columns.fields[field], columns.fields[field][first][inverse]
         differing = max(differing, int((~((a == b) | np.isnan(a) & np.isnan(b))).any(1).sum()))
     if differing:
-        problems.append(f'{differing} {what} repeat a stamp with other numbers; two runs or two '
-                        'publishers were mixed')
+        problems.append(f'{number_of(differing, what.removesuffix("s"))} '
+                        f'{agree(differing, "repeat")} a stamp with other numbers; two runs or '
+                        'two publishers were mixed')
     return first
 
 
@@ -100,8 +102,8 @@ def foreign_rows(columns: Columns, path: Path, counts: dict[str, int], problems:
     rows = first_of_each(stamp, rows, counts, remarks)
     rows = without_stray_ends(stamp, rows, remarks)
     if len(rows) < 2:
-        raise InputError(f'{path}: {len(rows)} states of {len(stamp)} can be used; at least two '
-                         f'are needed ({"; ".join(remarks) or "the rest is empty"})')
+        raise InputError(f'{path}: {number_of(len(rows), "state", len(stamp))} can be used; at '
+                         f'least two are needed ({"; ".join(remarks) or "the rest is empty"})')
     t = (stamp[rows] - stamp[rows[0]]) * 1e-9
     position, velocity = fields.position, fields.velocity
     found = judge_continuity(t, position[rows], None if velocity is None else velocity[rows])
@@ -131,8 +133,8 @@ def _whole(fields: Fields, stamp: np.ndarray, remarks: list[str]) -> np.ndarray:
     good = np.isfinite(np.hstack(fields.needed)).all(axis=1) & (stamp > 0)
     incomplete = ~good & np.isfinite(position).all(axis=1) & bool(others) & np.all(
         [np.isnan(field).all(axis=1) for field in others] or [~good], axis=0)
-    _count(remarks, stamp, incomplete, 'are of another source that interleaves: they lack a field '
-           'that the others have')
+    _count(remarks, stamp, incomplete, 'are of another source that interleaves: a field is '
+           'missing that the others have')
     _count(remarks, stamp, ~good & ~incomplete & (stamp > 0), 'hold a value that is not a number')
     return good
 
@@ -185,4 +187,4 @@ def _count(remarks: list[str], stamp: np.ndarray, dropped: np.ndarray, why: str,
         start = stamp[stamp > 0].min()
         t = (stamp[dropped] - start) * 1e-9
         place = f', from {t.min():.4g} s to {t.max():.4g} s'
-    remarks.append(f'{count} states of {len(stamp)} {why}{place}: dropped')
+    remarks.append(f'{number_of(count, "state", len(stamp))} {agree(count, why)}{place}: dropped')

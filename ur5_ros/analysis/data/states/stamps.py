@@ -3,6 +3,7 @@
 import numpy as np
 
 from ur5_ros.bag.arrays.columns import Columns
+from ur5_ros.wording import agree, number_of
 
 #: Jitter of the stamps that is worth a sentence, as a share of the period.
 JITTER = 0.01
@@ -87,9 +88,10 @@ def without_stray_ends(stamp: np.ndarray, rows: np.ndarray, remarks: list[str]) 
         if min(before, after) > few or steps[last] <= STRAY * (steps.sum() - steps[last]):
             break
         found = found[before:] if before < after else found[:before]
-    if len(found) < len(rows):
-        remarks.append(f'{len(rows) - len(found)} states of {len(stamp)} have a stamp far from '
-                       'all others: dropped')
+    stray = len(rows) - len(found)
+    if stray:
+        remarks.append(f'{number_of(stray, "state", len(stamp))} {agree(stray, "have")} a stamp '
+                       'far from all others: dropped')
     return found
 
 
@@ -109,12 +111,14 @@ def first_of_each(stamp: np.ndarray, rows: np.ndarray, counts: dict[str, int],
     back = int((np.diff(stamp[rows]) < 0).sum())
     counts['states_back'] = back
     if back:
-        remarks.append(f'{back} stamps go back; the states were sorted')
+        remarks.append(f'{number_of(back, "stamp")} {agree(back, "go")} back; the states '
+                       'were sorted')
     unique, first = np.unique(stamp[rows], return_index=True)
     copies = len(rows) - len(unique)
     counts['states_copied'] = copies
     if copies:
-        remarks.append(f'{copies} states of {len(rows)} repeat a stamp; the first of each counts')
+        remarks.append(f'{number_of(copies, "state", len(rows))} {agree(copies, "repeat")} a '
+                       'stamp; the first of each counts')
     return rows[first]
 
 

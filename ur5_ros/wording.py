@@ -1,0 +1,17 @@
+"""Numbers in sentences: noun and verb agree with the number before them."""
+
+_SINGULAR = {'have': 'has', 'are': 'is', 'go': 'goes', 'do': 'does', 'pass': 'passes'}
+
+
+def number_of(count: int, noun: str, total: int | None = None) -> str:
+    """Return ``1 state``, ``2 states`` or, with a total, ``2 states of 9``."""
+    whole = '' if total is None else f' of {total}'
+    return f'{count} {noun}{"" if count == 1 else "s"}{whole}'
+
+
+def agree(count: int, predicate: str) -> str:
+    """Return a predicate, such as ``have no stamp``, whose verb agrees with a number."""
+    verb, _, rest = predicate.partition(' ')
+    if count == 1:
+        verb = _SINGULAR.get(verb, f'{verb}s')
+    return f'{verb} {rest}'.strip()
