@@ -23,6 +23,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.validate import validate
 from ur5_ros.bag.reader import open_bag
 
 #: Everything that the two nodes hear.
@@ -234,6 +236,10 @@ def test_two_simulators_under_one_name_are_reported_and_damage_no_recording(ros)
         assert process.stop() == 0, process.text
     for bag in (ros.folder / 'bags').glob('*/sim'):
         assert open_bag(bag).check() == []
+    judged = [validate(load_run(bag.parent)) for bag in (ros.folder / 'bags').glob('*/control')]
+    assert judged
+    for result in judged:
+        assert result.passed or result.causes[0]['kind'] == 'two simulators', result.causes
 
 
 @pytest.mark.fault(63)

@@ -26,6 +26,7 @@ from ur5_ros.analysis.compensation import robot_compensation
 from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
+from ur5_ros.analysis.diagnosis.company import company
 from ur5_ros.analysis.diagnosis.compensation import compensation_check
 from ur5_ros.analysis.effort import FITS, WORDS, arms_by_meaning, fitting_arms
 from ur5_ros.analysis.injected import injections
@@ -88,7 +89,7 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
                             'plant agree: torques, commands or the arm are missing'))
     series = {'run': run, 'injected': injections(run), 'delays': delays(run), **law_series,
               **model_series, **energy_series, **contact_series}
-    found = tuple(causes(run, checks, marks['residual']))
+    found = (*company(run, checks), *causes(run, checks, marks['residual']))
     return Result(run.name, about(run, marks), tuple(checks), found, series)
 
 

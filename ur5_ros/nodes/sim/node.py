@@ -179,7 +179,8 @@ class SimNode:
 def light_joints(plant: Plant) -> str:
     """Return what damping the joints of an arm without rotors carry, and which arm has rotors."""
     name, rate = plant.parameters.arm, plant.parameters.control_rate
-    damping = ', '.join(f'{each:.2g}' for each in plant.mechanics.largest_damping(rate))
+    damping = ', '.join(f'{float(f"{each:.2g}"):g}'
+                        for each in plant.mechanics.largest_damping(rate))
     heavier = 'ur5_real' if name == 'ur5' else name + ASSUMED
     known = heavier == 'ur5_real' or heavier in arms_with_assumed_armature()
     return (f'arm {name} has no rotor inertia: at {rate} Hz its joints '
