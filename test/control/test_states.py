@@ -1,4 +1,4 @@
-"""States that cannot be believed, clocks that jump, limits passed: held safely, and said so."""
+"""States that cannot be right, clocks that jump, limits passed: held safely, and reported."""
 
 import numpy as np
 import pytest

@@ -50,7 +50,7 @@ def friction(random: np.random.Generator) -> Conditions:
 
 
 def wrong_masses(random: np.random.Generator) -> Conditions:
-    """Every mass of the law's arm is wrong by up to 20 %, its tensor with it."""
+    """Every mass of the controller's arm is wrong by up to 20 %, its tensor with it."""
     factor = random.uniform(0.8, 1.2, 6)
 
     def scaled(arm: ArmParameters) -> ArmParameters:

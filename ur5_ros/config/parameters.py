@@ -190,8 +190,8 @@ CONTROL_PARAMETERS = (
               '.inertia.', choices=('tool', 'base'), live=True),
     Parameter('guard_force', 0.0, 'A path ends where the tool meets this force, as the momentum '
               'observer estimates it [N]; 0 = never.', 0.0, 1e6, live=True),
-    Parameter('friction_feedforward', False, "Add the friction of the law's arm at the desired "
-              'speed to the torque.', live=True),
+    Parameter('friction_feedforward', False, "Add the friction of the controller's arm at the "
+              'desired speed to the torque.', live=True),
     Parameter('experiment', '', 'Experiment: a name of config/experiments or a YAML file.'),
     Parameter('autostart', False, 'Start the experiment at the first state answered.'),
     Parameter('max_velocity', [1.0], 'Joint speed of point-to-point motion [rad/s]: 1 or 6 '

@@ -52,7 +52,7 @@ class Controller:
     Parameters
     ----------
     arm : ArmParameters
-        The law's arm.
+        The controller's arm.
     parameters : mapping, optional
         Values of ``CONTROL_PARAMETERS``; what is missing takes its default; ``arm`` is not read.
     control_rate : int, optional

@@ -3,7 +3,7 @@ The model as formulas: kinematics, M, C and g derived with SymPy by the paper's 
 
 The derivation starts from the DH table and follows eqs. (8) to (10) of Kebria 2016; it shares
 nothing with the compiled kernels and is a witness for them.  SymPy is an optional dependency
-(``pip install ur5_ros[symbolic]``).
+(``pip install '.[symbolic]'`` in the checkout).
 """
 
 from typing import NamedTuple

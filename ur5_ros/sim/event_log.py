@@ -44,7 +44,7 @@ class EventLog:
         """Note which fallback acts from a state on; empty = a command does."""
         if mode == self.fallback:
             return
-        message = f'{mode} acts' if mode else f'{self.fallback} gives way to a command'
+        message = f'{mode} acts' if mode else f'{self.fallback} ends: a command acts'
         self.add(stamp, 'fallback', message, mode=mode or self.fallback, active=bool(mode))
         self.fallback = mode
 

@@ -23,7 +23,7 @@ def test_the_last_line_is_the_present_state_however_often_it_changed(monkeypatch
     for _ in range(500):
         now[0] += random.choice([0.001, 0.3, 1.2])
         acts = not acts
-        message = 'brake acts' if acts else 'brake gives way to a command'
+        message = 'brake acts' if acts else 'brake ends: a command acts'
         simulation.send_events(SimpleNamespace(
             drain_events=lambda text=message: [event(1, 'fallback', text)]))
         if random.random() < 0.3:  # the report of a second later

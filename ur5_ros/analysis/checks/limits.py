@@ -9,7 +9,7 @@ from ur5_ros.wording import number_of
 
 
 def limits_check(run: Run) -> Check:
-    """Return whether every joint kept off the limits of the simulator's or the law's arm."""
+    """Return whether every joint kept off the limits of the simulated, or the model's, arm."""
     record = run.sim or run.control
     if record is None:
         return not_applicable('limits', 'no arm is known; give one: --arm NAME')

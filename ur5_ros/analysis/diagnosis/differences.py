@@ -23,7 +23,7 @@ _LINKS = {'mass': ('mass', 'kg'), 'com': ('centre of mass', 'm'), 'inertia': ('t
 
 
 class Difference(NamedTuple):
-    """A parameter in which the plant is another than the law's arm."""
+    """A parameter in which the plant is another than the controller's arm."""
 
     parameter: str
     """Such as ``centre of mass 3``."""

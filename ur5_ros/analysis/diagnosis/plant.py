@@ -68,7 +68,7 @@ STRIBECK = 'Stribeck friction'
 
 def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     """
-    Return what in the plant the law's arm does not have; see :func:`_causes`.
+    Return what in the plant the controller's arm does not have; see :func:`_causes`.
 
     Where exact states are recorded beside noisy ones the causes are of those, and say so.
 
@@ -82,7 +82,7 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
 
 def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     """
-    Return what in the plant the law's arm does not have, most important first.
+    Return what in the plant the controller's arm does not have, most important first.
 
     Each has ``kind``, ``sentence``, ``share`` of the squared residual that is explained, and
     sizes with errors.  Another known arm is named before several fitted causes.
@@ -241,7 +241,7 @@ def _arm_cause(name: str, arm: ArmParameters, share: float, samples: SampleBlock
         'kind': 'wrong arm', 'arm': name, 'share': share,
         'differences': [each._asdict() for each in mending.differences],
         'unexplained_rms': mending.before, 'mended_rms': mending.after,
-        'sentence': f"the plant moves as arm {name}, not as the law's arm {arm.name}: "
+        'sentence': f"the plant moves as arm {name}, not as the controller's arm {arm.name}: "
         f'{mending.words()}; the unexplained torque falls from {mending.before:.3g} to '
         f'{mending.after:.2g} N m RMS'}
 

@@ -68,9 +68,9 @@ def _payload(value, error, determined) -> dict[str, Any]:
         place, com = '', np.full(3, np.nan)
         unknown = '; this motion does not determine its centre of mass, turn the wrists'
     where = f', centre of mass at [{place}] m in tool0' if place else unknown
-    words = (f"{mass:.4g} +- {error[0]:.1g} kg at the tool that the law's arm does not have"
+    words = (f"{mass:.4g} +- {error[0]:.1g} kg at the tool that the controller's arm does not have"
              if mass > 0.0 else f"{-mass:.4g} +- {error[0]:.1g} kg less at the tool than the "
-             "law's arm has")
+             "controller's arm has")
     return {'kind': 'payload', 'mass_kg': mass, 'mass_error_kg': float(error[0]),
             'com_m': com.tolist(), 'com_error_m': com_error.tolist(), 'sentence': words + where}
 
@@ -117,4 +117,4 @@ def _per_joint(name, value, error) -> dict[str, Any]:
                 'move every joint fast, and back'}
     return {'kind': name, 'joints': {JOINT_NAMES[i]: {'value': float(value[i]),
                                                        'error': float(error[i])} for i in sure},
-            'sentence': f"{what} that the law's arm does not have [{unit}]: {listed}"}
+            'sentence': f"{what} that the controller's arm does not have [{unit}]: {listed}"}
