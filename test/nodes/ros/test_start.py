@@ -7,6 +7,9 @@ import subprocess
 import sys
 
 import pytest
+from long_run import resident
+from ros_processes import wait_until
+from sensor_msgs.msg import JointState
 
 ASK = """
 import gc, json, os, signal, sys
@@ -78,3 +81,23 @@ def test_nothing_that_starts_threads_is_imported_before_signals_are_blocked(modu
             'print([name for name in ("numpy", "rclpy", "numba") if name in sys.modules])')
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == '[]'
+
+
+def test_a_controller_at_work_holds_less_than_200_mib(ros):
+    control = ros.start('control', fresh=True)
+    commands = ros.observer().hear(JointState, '/joint_command')
+    ros.start('sim')
+    wait_until(lambda: len(commands) > 100, 'a hundred commands')
+    assert resident(control.pid) < 200.0
+
+
+def test_a_kernel_can_be_compiled_after_the_compilers_pages_went_back():
+    code = """
+from numba import njit
+from ur5_ros.nodes.ros.process import release_compiler
+twice = njit(lambda x: 2 * x)
+assert twice(1) == 2
+release_compiler()
+assert twice(1.5) == 3.0  # for another type of argument
+"""
+    subprocess.run([sys.executable, '-c', code], check=True)
