@@ -7,11 +7,13 @@ from typing import Any
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.injected import injections
+from ur5_ros.cdr.contact_messages import FORCE_COLOURS
 from ur5_ros.viewer.arm_scene import MEASURED, REFERENCE
 from ur5_ros.viewer.curves import colour_key
 from ur5_ros.viewer.page import MARKS, Page
 from ur5_ros.viewer.track import arm_of, track, tree_of
 from ur5_ros.viewer.world_scene import WorldScene
+from ur5_ros.viewer.world_track import FORCE_NAMES
 
 FRAME = 1 / 25
 
@@ -38,8 +40,12 @@ class RecordedView:
             self.play = gui.add_button('Play')
             self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
                                           initial_value='1')
-            gui.add_markdown('tool path: ' + colour_key(
-                {'measured': f'rgb{MEASURED}', 'reference': f'rgb{REFERENCE}'}))
+            colours = {'measured': f'rgb{MEASURED}', 'reference': f'rgb{REFERENCE}'}
+            gui.add_markdown(f'tool path: {colour_key(colours)}')
+            if run.contact_forces:
+                colours = {name: f'rgb{colour}' for name, colour in zip(
+                    FORCE_NAMES, FORCE_COLOURS, strict=True)}
+                gui.add_markdown(f'contact, 10 mm a newton: {colour_key(colours)}')
         self._playing = False
         self._lock = threading.Lock()
         self.time.on_update(lambda _: self._show())

@@ -27,6 +27,8 @@ class Stage:
         self._base, self._base_name = number_frame(self.tree)
         self.reach = sum(float(np.linalg.norm(joint.pose[:3, 3])) for joint in self.tree.joints)
         """Length of the stretched arm [m]."""
+        self.has_forces = bool(run.contact_forces)
+        """Whether forces of contact were recorded."""
         self.floor = 0.0
         """Height of the grid [m]."""
 

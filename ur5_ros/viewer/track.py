@@ -112,5 +112,8 @@ def track(run: Run, tree: UrdfTree, rows: int = 1500) -> Track:
     pick = np.unique(np.linspace(0, len(run.stamp) - 1, rows).round().astype(int))
     q = run.states.q[pick]
     reference = np.full_like(q, np.nan) if run.reference is None else run.reference.q[pick]
-    return Track(run.t[pick], q, run.states.effort[pick], q - reference,
+    effort = run.states.effort[pick]
+    if run.sim is not None:
+        effort[0] = np.nan  # before the first state no torque acts
+    return Track(run.t[pick], q, effort, q - reference,
                  tool_positions(tree, q), tool_positions(tree, reference), *number_frame(tree))

@@ -11,6 +11,8 @@ from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import rotation_of_quaternion
 from ur5_ros.viewer.urdf_tree import Visual
 
+#: What the colours of forces stand for.
+FORCE_NAMES = ('normal force', 'friction')
 #: Edges of the plate that stands for a plane [m].
 _PLANE = (4.0, 4.0, 1e-3)
 

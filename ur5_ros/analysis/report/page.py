@@ -23,7 +23,7 @@ p { margin: 6px 0; }
 .verdict.unjudged .stamp { color: var(--none); }
 .pass .stamp, .pill.pass { color: var(--good); } .fail .stamp, .pill.fail { color: var(--bad); }
 .pill { font-weight: 600; white-space: nowrap; color: var(--none); }
-.about { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr));
+.about { display: grid; grid-template-columns: repeat(auto-fit, minmax(170px, 1fr));
   gap: 8px 18px; margin: 16px 0 0; }
 .about div { min-width: 0; overflow-wrap: anywhere; }
 .about span { display: block; color: var(--soft); font-size: 0.8rem; }

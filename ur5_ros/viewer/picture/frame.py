@@ -8,11 +8,13 @@ from PIL import Image, ImageDraw, ImageFont
 from ur5_ros.analysis.injected import Injection
 from ur5_ros.analysis.report import palette
 from ur5_ros.analysis.report.palette import rgb
+from ur5_ros.cdr.contact_messages import FORCE_COLOURS
 from ur5_ros.viewer.picture.camera import Camera
 from ur5_ros.viewer.picture.ray_caster import Picture, cast, seen_through
 from ur5_ros.viewer.picture.strips import INK, PAPER, SOFT, Strips
 from ur5_ros.viewer.stage import Stage
 from ur5_ros.viewer.track import Track
+from ur5_ros.viewer.world_track import FORCE_NAMES
 
 MEASURED, REFERENCE = rgb(palette.MEASURED), rgb(palette.REFERENCE)
 COLOURS = tuple(map(rgb, palette.JOINT_COLOURS))
@@ -44,6 +46,11 @@ class Frames:
         self._font = ImageFont.load_default(self._size)
         self._strips = Strips(track, size[0], strips, self._size, injected)
         self._injected = injected
+        self._key = [(name, colour) for name, colour, points in (
+            ('measured', MEASURED, track.tool), ('reference', REFERENCE, track.tool_reference))
+            if np.isfinite(points).any()]
+        if stage.has_forces:
+            self._key += zip(FORCE_NAMES, FORCE_COLOURS, strict=True)
         self._ground = self._grid()
 
     def frame(self, row: int) -> np.ndarray:
@@ -111,11 +118,9 @@ class Frames:
             text += f'    tool error {1e3 * track.tool_error[row]:.2f} mm'
         self._write(draw, (edge, edge), text, INK)
         x = float(edge)
-        for name, colour, points in (('measured', MEASURED, track.tool),
-                                     ('reference', REFERENCE, track.tool_reference)):
-            if np.isfinite(points).any():
-                self._write(draw, (x, edge + line), name, colour)
-                x += draw.textlength(name, self._font) + 1.2 * size
+        for name, colour in self._key:
+            self._write(draw, (x, edge + line), name, colour)
+            x += draw.textlength(name, self._font) + 1.2 * size
         added = [each.text for each in self._injected if each.t <= track.t[row]]
         for i, words in enumerate(added[-4:]):
             self._write(draw, (edge, edge + (2 + i) * line), words[:60], SOFT)
