@@ -1,4 +1,4 @@
-"""Every promise names a test that exists."""
+"""Every promise, and every row of the scorecard, names a test that exists."""
 
 import ast
 import re
@@ -18,3 +18,13 @@ def test_every_row_of_promises_has_a_proof(repo):
     for line in (repo / 'docs' / 'promises.md').read_text().splitlines():
         if line.startswith('| ') and not line.startswith(('| promise', '|---')):
             assert '::' in line.split('|')[2], line
+
+
+def test_every_row_of_the_scorecard_names_tests_that_exist(repo):
+    text = (repo / 'docs' / 'faults.md').read_text()
+    named = set(re.findall(r'`(\w+\.py)::(\w+)`', text))
+    assert len(named) > 100
+    functions = {file.name: {node.name for node in ast.walk(ast.parse(file.read_text()))
+                             if isinstance(node, ast.FunctionDef)}
+                 for file in (repo / 'test').rglob('test_*.py')}
+    assert [each for each in sorted(named) if each[1] not in functions.get(each[0], ())] == []
