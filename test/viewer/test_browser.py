@@ -144,7 +144,7 @@ def test_the_page_shows_arm_paths_numbers_and_curves_and_says_nothing(browser, v
     t = view.page_times[len(view.page_times) // 2]
     picture = shown(browser, view, size, t, tmp_path, dark)
     lids = (105, 150, 185) if dark else (112, 158, 194)
-    reference = (230, 120, 35) if dark else (230, 97, 1)
+    reference = (200, 60, 180)
     assert near(picture, lids) > 300, 'the lids of the joints'
     assert near(picture, reference) > 30, 'the path of the reference'
     for title in ('Torque [N m]', 'Joint error [mrad]', 'Tool error [mm]'):
@@ -159,6 +159,9 @@ def test_in_a_narrow_window_the_whole_arm_stands_above_the_panel(browser, view, 
     picture = shown(browser, view, NARROW, view.page_times[40], tmp_path)
     left, top, right, bottom = panel(browser)
     assert (left, right, bottom) == (0, *NARROW)
+    notices = browser.evaluate("[...document.querySelectorAll('.mantine-Notification-root')].map("
+                               "(each) => each.getBoundingClientRect().height)")
+    assert max(notices, default=0) < 80, 'a notice covers no more than its title'
     rows, columns = np.nonzero(np.abs(picture - (112, 158, 194)).max(axis=-1) < 40)  # the lids
     above = rows < top
     assert above.sum() > 300

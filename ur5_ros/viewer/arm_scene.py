@@ -72,10 +72,11 @@ class ArmScene:
             colors=np.array(colour, dtype=np.uint8), thickness=0.004)
 
 
-def draw_visual(scene: viser.SceneApi, path: str, visual: Visual) -> None:
-    """Draw a body at its pose in the frame above it."""
+def draw_visual(scene: viser.SceneApi, path: str, visual: Visual,
+                opacity: float | None = None) -> None:
+    """Draw a body at its pose in the frame above it; ``opacity``: 0 to 1, None for 1."""
     place: dict[str, Any] = {
-        'color': visual.colour, 'wxyz': _wxyz(visual.pose[:3, :3]),
+        'color': visual.colour, 'opacity': opacity, 'wxyz': _wxyz(visual.pose[:3, :3]),
         'position': visual.pose[:3, 3]}
     if visual.kind == 'cylinder':
         scene.add_cylinder(path, radius=visual.size[0], height=visual.size[1],

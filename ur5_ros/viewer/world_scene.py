@@ -8,6 +8,9 @@ from ur5_ros.model.rotations import position_and_quaternion
 from ur5_ros.viewer.arm_scene import draw_visual
 from ur5_ros.viewer.world_track import WorldTrack, force_arrows
 
+#: Opacity of what stands fixed, so that it hides neither arm nor tool.
+_VEIL = 0.5
+
 
 class WorldScene:
     """The bodies of a run's world and the forces on them; all in ``base``."""
@@ -19,7 +22,8 @@ class WorldScene:
         self._frames = []
         for body, visual in zip(self._track.bodies, self._track.visuals, strict=True):
             self._frames.append(server.scene.add_frame(f'/world/{body.name}', show_axes=False))
-            draw_visual(server.scene, f'/world/{body.name}/shape', visual)
+            draw_visual(server.scene, f'/world/{body.name}/shape', visual,
+                        None if body.free else _VEIL)
         self.show(0.0)
 
     def show(self, t: float) -> None:
