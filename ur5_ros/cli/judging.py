@@ -81,7 +81,7 @@ def validate(
 @app.command(name='warm-up')
 def warm_up(
     everything: Annotated[bool, typer.Option(
-        '--all', help='Also for contact, force control, pictures and identification.')] = False,
+        '--all', help='Also for contact, force control and pictures.')] = False,
 ) -> int:
     """Compile for this processor, before the first run."""
     from ur5_ros.cli.commands import warm_up as work

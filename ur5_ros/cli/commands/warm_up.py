@@ -14,27 +14,30 @@ from ur5_ros.model.kernels.compile_notice import on_compile
 
 _MODEL = 'ur5_ros.model.kernels'
 #: Module, kernel and whether its form for many states is needed; what takes longest is first.
-#: These serve the demo, its verdict and nodes without a world.
+#: These serve the demo, any verdict, also one that names a cause, and nodes without a world.
 KERNELS = (
     (f'{_MODEL}.inverse_kinematics', 'solve', True),
     ('ur5_ros.control.kernel', 'law', False),
     (f'{_MODEL}.dynamics', 'inverse', True),
     (f'{_MODEL}.kinematics', 'pose', True),
+    (f'{_MODEL}.regressor', 'regressor', True),
     (f'{_MODEL}.dynamics', 'inertia', True),
     (f'{_MODEL}.kinematics', 'jacobian_rate', True),
     (f'{_MODEL}.kinematics', 'jacobian', True),
     ('ur5_ros.sim.integrator_kernel', 'engine_torque', False),
     ('ur5_ros.sim.integrator_kernel', 'friction', False),
     (f'{_MODEL}.dynamics', 'gravity', False),
+    (f'{_MODEL}.dynamics', 'gravity', True),
     (f'{_MODEL}.kinematics', 'links', True),
 )
-#: These serve contact, force control, pictures and identification, and take twice as long.
+#: These serve contact, force control, pictures and single calls, and take as long again.
 FURTHER_KERNELS = (
     ('ur5_ros.sim.world.contact_kernel', 'contact_step', False),
     ('ur5_ros.control.laws.impedance_kernel', 'impedance_torque', False),
     ('ur5_ros.viewer.picture.ray_kernel', 'cast', False),
     (f'{_MODEL}.forward_dynamics', 'forward', False),
-    (f'{_MODEL}.regressor', 'regressor', True),
+    (f'{_MODEL}.dynamics', 'terms', False),
+    (f'{_MODEL}.dynamics', 'terms', True),
 )
 
 
@@ -52,8 +55,9 @@ def warm_up(everything: bool) -> int:
             compiled += task.result()
             advance(done)
     seconds = time.monotonic() - began
-    terminal.show_text(out, f'{compiled} of {len(kernels)} kernels compiled in {seconds:.1f} s; '
-                       'the others were in the cache')
+    cached = '; the others were in the cache' if compiled < len(kernels) else ''
+    terminal.show_text(out, f'{compiled} of {len(kernels)} kernels compiled in {seconds:.1f} s'
+                       f'{cached}')
     return YES
 
 
