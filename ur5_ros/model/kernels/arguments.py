@@ -30,24 +30,36 @@ def finite_array(name: str, value: Any, tail: tuple[int, ...]) -> np.ndarray:
     return array
 
 
-def state_function(kernel: Kernel, names: Sequence[str], tail: tuple[int, ...],
-                   ) -> Callable[..., np.ndarray]:
+#: The short way of a state function.  Its arguments are spelled out: `*given` would take a sixth
+#: of the call for one state.
+_STATE_FUNCTION = """
+def function(arm, {given}):
+    {outputs} = {arrays}
+    try:
+        if kernel.single({given}, arm.constants, {outputs}) == 0:
+            return {outputs}
+    except TypeError:  # many states, other types, or not compiled yet
+        pass
+    [{outputs}] = apply(kernel, names, [{given}], arm, *tails)
+    return {outputs}
+"""
+
+
+def state_function(kernel: Kernel, names: Sequence[str], *tails: tuple[int, ...],
+                   ) -> Callable[..., Any]:
     """
     Return the function of an arm and joint vectors that a kernel computes.
 
     ``names``: the arguments, each of shape (..., 6).  Returned: takes an arm and the arguments;
-    returns an array of shape (..., *tail).  Its errors name the argument.
+    returns an array of shape (..., *tail), or a tuple of them.  Its errors name the argument.
     """
-    def function(arm: ArmParameters, *given: Any) -> np.ndarray:
-        output = empty(tail)
-        try:
-            if kernel.single(*given, arm.constants, output) == 0:
-                return output
-        except TypeError:  # many states, other types, or not compiled yet
-            pass
-        return apply(kernel, names, given, arm, tail)[0]
-
-    return function
+    text = _STATE_FUNCTION.format(
+        given=', '.join(names), outputs=', '.join(f'output_{i}' for i in range(len(tails))),
+        arrays=', '.join(f'empty({tail if len(tail) > 1 else tail[0]})' for tail in tails))
+    scope: dict[str, Any] = {
+        'kernel': kernel, 'names': names, 'tails': tails, 'empty': empty, 'apply': apply}
+    exec(compile(text, f'<function of {", ".join(names)}>', 'exec'), scope)
+    return scope['function']
 
 
 def apply(kernel: Kernel, names: Sequence[str], given: Sequence[Any], arm: ArmParameters,
