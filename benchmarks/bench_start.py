@@ -16,7 +16,7 @@ from ur5_ros.bag.reader import open_bag
 from ur5_ros.launcher.node_processes import NodeProcesses, private_environment
 
 REPEATS = 7
-PATIENCE = 60.0
+TIMEOUT = 60.0
 LEAST = """
 import time
 import rclpy
@@ -46,7 +46,7 @@ def simulator(lockstep: bool = True) -> float:
         begin = time.time_ns()
         nodes.start('sim', 'ur5_ros.nodes.sim_node', {
             'bag': f'{folder}/bag', 'lockstep': lockstep, 'stop_after': 0.001})
-        if nodes.wait('sim', PATIENCE) is None:
+        if nodes.wait('sim', TIMEOUT) is None:
             raise SystemExit('sim_node does not end: ' + nodes.last_log_line('sim'))
         first = open_bag(Path(folder) / 'bag').columns('/joint_states').log_time.min()
     return float(first - begin) * 1e-9
@@ -56,7 +56,7 @@ def controller() -> float:
     """Return the time from the start of control_node until it waits for states [s]."""
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as folder, \
             NodeProcesses(Path(folder)) as nodes:
-        begin, limit = time.time(), time.monotonic() + PATIENCE
+        begin, limit = time.time(), time.monotonic() + TIMEOUT
         nodes.start('control', 'ur5_ros.nodes.control_node', {
             'bag': '', 'experiment': 'kebria_fig11'})
         while time.monotonic() < limit:

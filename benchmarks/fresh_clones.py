@@ -25,7 +25,7 @@ HASH = re.compile(r'\b[0-9a-f]{64}\b')
 #: 90 s where version 0.1 took 125.
 OLD_BAR = 0.72
 #: Longest that a clone may take to its verdict [s].
-PATIENCE = 3600.0
+TIMEOUT = 3600.0
 
 
 class Clone(NamedTuple):
@@ -48,7 +48,7 @@ def from_clone(python: str, commit: str = 'HEAD') -> Clone:
                         'checkout', '--quiet', commit], check=True)
         done = subprocess.run(['make', f'PYTHON={python}', 'demo'], cwd=f'{folder}/ur5_ros',
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True,
-                              timeout=PATIENCE)
+                              timeout=TIMEOUT)
         seconds, after = time.monotonic() - began, os.times()
     if done.returncode:
         sys.exit(f'make PYTHON={python} demo ends with {done.returncode}:\n{done.stdout[-2000:]}')

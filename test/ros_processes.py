@@ -36,10 +36,10 @@ MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_no
 #: Wall time between two looks of an observer at what has come [s].
 TAKE_PERIOD = 0.002
 #: Wall time after which a condition that has not come true fails a test [s].
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 
-def wait_until(condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
+def wait_until(condition: Callable[[], Any], what: str, seconds: float = TIMEOUT) -> Any:
     """Return the first true value of ``condition()``; fail with ``what`` if none comes."""
     end = time.monotonic() + seconds
     while True:
@@ -58,7 +58,7 @@ def send_until(send: Callable[[], None], condition: Callable[[], Any], what: str
     Each time it waits three seconds, in which diagnostics come three times.
 
     """
-    for _ in range(int(PATIENCE / 3.0)):
+    for _ in range(int(TIMEOUT / 3.0)):
         send()
         end = time.monotonic() + 3.0
         while time.monotonic() < end:
@@ -107,13 +107,13 @@ class Process:
         assert self.text.count(f'{package} is not installed') == 1, self.text
         assert f'ros-jazzy-{package.replace("_", "-")}' in self.text
 
-    def says(self, text: str, seconds: float = PATIENCE) -> None:
+    def wait_for_line(self, text: str, seconds: float = TIMEOUT) -> None:
         """Wait until it has printed ``text``."""
         wait_until(lambda: text in self.text or self.popen.poll() is not None and 'ended',
                    f'{text!r} from the node, which says: {self.text}', seconds)
         assert text in self.text, f'ended without saying {text!r}: {self.text}'
 
-    def ends(self, seconds: float = PATIENCE) -> int:
+    def ends(self, seconds: float = TIMEOUT) -> int:
         """Wait for its end and return the exit code."""
         try:
             return self.popen.wait(seconds)
@@ -294,7 +294,7 @@ class Observer:
         return task.result()
 
     def call(self, service_type: type, name: str, request: Any = None,
-             seconds: float = PATIENCE) -> Any:
+             seconds: float = TIMEOUT) -> Any:
         """Call a service and return its response."""
         future = self.call_async(service_type, name, request)
         wait_until(future.done, f'an answer from {name}', seconds)

@@ -321,7 +321,7 @@ def test_the_compiled_walk_finds_what_the_walk_in_python_finds(recorded):
 
 @pytest.mark.parametrize('window', [20, 1000, 50_000])
 def test_a_file_that_is_read_piece_by_piece_gives_the_same(recorded, monkeypatch, window):
-    monkeypatch.setattr('ur5_ros.bag.mcap.record_scan.WINDOW', window)
+    monkeypatch.setattr('ur5_ros.bag.mcap.record_scan.READ_SIZE', window)
     bag = open_bag(recorded.folder)
     assert np.array_equal(bag.joint_states('/joint_states').position, recorded.position)
     assert bag.check() == []

@@ -20,7 +20,7 @@ from ur5_ros.bench.perturbations import ACCURATE, PERTURBATIONS, SURVIVES, condi
 from ur5_ros.bench.probe import probed_entry
 from ur5_ros.bench.report import write_report
 from ur5_ros.bench.runs import (
-    LARGEST,
+    LARGEST_TRIED,
     Job,
     border_conditions,
     borders_of,
@@ -119,13 +119,13 @@ def test_the_largest_payload_and_delay_are_borders_between_surviving_and_not(law
         error = run_of(entry(law), border_conditions(what, value), np.zeros(6))['max_error']
         return np.inf if error is None else error
     for border, within in ((found['largest'], SURVIVES), (found['accurate'], ACCURATE)):
-        assert 0.0 < border < LARGEST[what]  # no law survives all that is tried
+        assert 0.0 < border < LARGEST_TRIED[what]  # no law survives all that is tried
         assert worst(border) <= within < worst(border + step)
     assert found['accurate'] < found['largest']
 
 
 def test_what_survives_all_that_is_tried_is_said_to_survive_more(monkeypatch):
-    monkeypatch.setitem(LARGEST, 'delay', 4.0)
+    monkeypatch.setitem(LARGEST_TRIED, 'delay', 4.0)
     found = borders_of(entry('computed_torque'), 'delay')
     assert found == {'largest': np.inf, 'accurate': np.inf}
     row = {'delay': found['largest'], 'accurate_delay': found['accurate']}

@@ -58,15 +58,15 @@ def test_identify_refuses_an_effort_that_is_no_torque_and_names_the_option(ur5, 
     assert refused.err.count('\n') == 1
 
 
-@pytest.mark.parametrize('spoil, arm, says', [
+@pytest.mark.parametrize('spoil, arm, reason', [
     (lambda made: made.effort, 'ur10', 'ur5e fits, with 0.00%: give --arm ur5e'),
     (lambda made: made.qd, 'ur5e', 'none of the known arms fits'),
     (lambda made: made.effort[:, [2, 1, 0, 3, 4, 5]], 'ur5e', 'none of the known arms fits')])
-def test_identify_refuses_what_is_no_torque_of_the_arm(ur5, tmp_path, spoil, arm, says):
+def test_identify_refuses_what_is_no_torque_of_the_arm(ur5, tmp_path, spoil, arm, reason):
     made = motion()
     write_bag(tmp_path / 'other', {'/joint_states': arm_messages(made.with_(effort=spoil(made)))})
     refused = ur5('identify', 'other', '--arm', arm, '-o', 'found.yaml')
-    assert refused.code == 2 and f'no torque of arm {arm}' in refused.err and says in refused.err
+    assert refused.code == 2 and f'no torque of arm {arm}' in refused.err and reason in refused.err
     assert refused.err.count('\n') == 1 and not (tmp_path / 'found.yaml').exists()
 
 
@@ -84,14 +84,14 @@ def test_identify_export_and_compare_report_what_of_a_recording_was_used(ur5, tm
     q = made.q.copy()
     q[1000:1005] = np.nan
     write_bag(tmp_path / 'holes', {'/joint_states': arm_messages(made.with_(q=q))})
-    says = '5 states of 2500 hold a value that is not a number, from 2 s to 2.008 s: dropped'
+    remark = '5 states of 2500 hold a value that is not a number, from 2 s to 2.008 s: dropped'
     for words in (('identify', 'holes', '--arm', 'ur5e', '--json', 'found.json'),
                   ('export', 'holes', '-o', 'holes.csv'),
                   ('compare', 'holes', 'holes', '--arm', 'ur5e')):
         done = ur5(*words)
-        assert done.code == 0 and f'note: holes: {says}' in done.out, words
+        assert done.code == 0 and f'note: holes: {remark}' in done.out, words
     run, = json.loads((tmp_path / 'found.json').read_text())['runs']
-    assert (run['states'], run['dropped']) == (2495, 5) and says in run['notes']
+    assert (run['states'], run['dropped']) == (2495, 5) and remark in run['notes']
 
 
 def test_an_export_takes_the_topic_and_the_prefix(ur5, tmp_path):
@@ -136,15 +136,15 @@ def test_render_and_compare_take_the_arm_of_a_bag_that_does_not_state_it(ur5, pl
     assert ur5('compare', str(plain), str(plain), '--arm', 'ur5e').code == 0
 
 
-@pytest.mark.parametrize('options, says', [
+@pytest.mark.parametrize('options, reason', [
     (['--topic', 'states=/joint_states'], 'the roles are: joint_states'),
     (['--topic', 'joint_states'], 'give ROLE=NAME'),
     (['--topic', 'joint_states=/a', '--topic', 'joint_states=/b'], 'given twice'),
     (['--effort', 'ampere'], 'give one of: total'),
     (['--joint-prefix', 'left_'], 'the prefixes there are')])
-def test_a_wrong_option_is_refused_in_one_line(ur5, plain, options, says):
+def test_a_wrong_option_is_refused_in_one_line(ur5, plain, options, reason):
     judged = ur5('validate', str(plain), '--arm', 'ur5e', *options)
-    assert judged.code == 2 and says in judged.err and judged.err.count('\n') == 1
+    assert judged.code == 2 and reason in judged.err and judged.err.count('\n') == 1
 
 
 def test_an_unforeseen_error_is_one_line_with_exit_code_4_and_a_file(

@@ -138,7 +138,7 @@ def test_a_killed_simulator_is_reported_and_a_new_one_is_served(ros):
     states = ros.observer().hear(JointState, '/joint_states')
     in_motion(states, 0.1)
     first.kill()
-    control.says('waiting for states')
+    control.wait_for_line('waiting for states')
     old = len(states)
     second = ros.start('sim', stop_after=0.5, initial_positions=START)
     assert second.ends() == 0, second.text

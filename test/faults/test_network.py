@@ -229,9 +229,9 @@ def test_a_robot_in_another_domain_receives_nothing(ros, tmp_path):
 def test_two_simulators_under_one_name_are_reported_and_damage_no_recording(ros):
     first, control, states = pair_running(ros)
     second = ros.start('sim')
-    second.says('recorded in')
+    second.wait_for_line('recorded in')
     goes_on(states, 1000)
-    control.says('keep one of them')
+    control.wait_for_line('keep one of them')
     for process in (second, first, control):
         assert process.stop() == 0, process.text
     for bag in (ros.folder / 'bags').glob('*/sim'):

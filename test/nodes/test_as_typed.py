@@ -109,7 +109,7 @@ def test_numbers_are_taken_however_the_command_line_types_them(plant, name, type
 
 def test_the_topic_of_a_ros2_control_controller_can_be_left_to_it(ros):
     sim = ros.start('sim', bag='none', forward_commands=False)
-    sim.says('recorded in')
+    sim.wait_for_line('recorded in')
     watcher = ros.observer()
     states = watcher.hear(JointState, '/joint_states')
     wait_until(lambda: states, 'a state')

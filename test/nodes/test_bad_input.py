@@ -50,7 +50,7 @@ def test_a_wrong_environment_is_refused_in_one_line(ros, node, variable, value):
 
 def test_the_middleware_that_is_there_may_be_named(ros):
     sim = ros.start('sim', environment={'RMW_IMPLEMENTATION': 'rmw_fastrtps_cpp'}, stop_after=0)
-    sim.says('recorded in')
+    sim.wait_for_line('recorded in')
     assert sim.stop() == 0
 
 
@@ -77,6 +77,6 @@ def test_whole_numbers_serve_as_numbers_and_files_of_the_package_are_read(ros, r
     sim = ros.start('sim', ['--params-file', str(repo / 'config' / 'sim.yaml')],
                     payload__mass=1, stop_after=0)
     control = ros.start('control', ['--params-file', str(repo / 'config' / 'control.yaml')], kp=20)
-    control.says('recording')
+    control.wait_for_line('recording')
     assert control.stop() == 0
     assert sim.stop() == 0

@@ -42,7 +42,7 @@ def test_a_controller_that_is_killed_and_started_again_takes_over_without_a_jump
     control.popen.kill()
     control.ends()
     again = ros.start('control')
-    again.says('recording')
+    again.wait_for_line('recording')
     running(states)
     assert again.stop() == 0
     assert sim.stop() == 0

@@ -55,7 +55,7 @@ def test_what_param_dump_writes_starts_the_same_node_again(ros, node):
     file.write_text(yaml.safe_dump({name: {'ros__parameters': tree}}))
     assert 'use_sim_time' in tree
     second = ros.start(node, ['--params-file', str(file)])
-    second.says('run' if node == 'sim' else 'waiting')
+    second.wait_for_line('run' if node == 'sim' else 'waiting')
     other = ros.observer('other')
     for each, value in zip(names, values(other, name, names), strict=True):
         expected = _at(tree, each)

@@ -39,10 +39,10 @@ class Restarts:
             node = self.ros.start(
                 'sim', lockstep=self.lockstep, control_rate=self.random.choice(RATES),
                 physics_rate=1000, realtime_factor=1.0)
-            node.says('recorded in')
+            node.wait_for_line('recorded in')
         else:
             node = self.ros.start('control')
-            node.says('waiting for states')
+            node.wait_for_line('waiting for states')
         return node
 
     def wait_for_answers(self) -> None:

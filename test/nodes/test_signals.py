@@ -18,7 +18,7 @@ def test_a_signal_ends_a_node_that_starts(ros, phase, number, tmp_path):
     folder = tmp_path / 'cache'
     control = ros.start('control', environment={'NUMBA_CACHE_DIR': str(folder)}, bag='none')
     if phase == 'compiles':
-        control.says('compiling for this processor')
+        control.wait_for_line('compiling for this processor')
         time.sleep(random.Random(number).uniform(0.0, 3.0))
     else:
         wait_until(lambda: holds_signals(control.pid), 'a node that listens')

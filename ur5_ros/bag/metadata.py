@@ -11,7 +11,7 @@ from ur5_ros.config.records import Meta, Record, validate
 from ur5_ros.config.strict_yaml import read_text, read_yaml
 from ur5_ros.errors import BagError, InputError
 
-NAME = 'metadata.yaml'
+METADATA_FILE = 'metadata.yaml'
 VERSION = 9
 DISTRO = 'jazzy'
 
@@ -113,13 +113,13 @@ def describe_bag(files: Sequence[FileEntry], topics: Sequence[TopicEntry],
 
 def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:
     """Write metadata.yaml, complete or not at all; raises OSError where the disk does."""
-    unfinished = folder / (NAME + '.unfinished')
+    unfinished = folder / (METADATA_FILE + '.unfinished')
     try:
         with open(unfinished, 'w', encoding='utf-8') as file:
             file.write(to_yaml({'rosbag2_bagfile_information': dict(information)}))
             file.flush()
             os.fsync(file.fileno())
-        unfinished.replace(folder / NAME)
+        unfinished.replace(folder / METADATA_FILE)
     except OSError:
         unfinished.unlink(missing_ok=True)
         raise
@@ -167,7 +167,7 @@ def read_metadata(folder: Path) -> Information:
     folder.
 
     """
-    path = folder / NAME
+    path = folder / METADATA_FILE
     try:
         data = read_yaml(path)
     except InputError as error:

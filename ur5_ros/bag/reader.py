@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.bag.arrays.collector import Collector, RawCollector
-from ur5_ros.bag.arrays.columns import KINDS, Columns, RawColumns
+from ur5_ros.bag.arrays.columns import COLUMN_TYPES, Columns, RawColumns
 from ur5_ros.bag.mcap.channels import TopicInfo
 from ur5_ros.bag.mcap.message_index import CompiledMessageIndex, MessageIndex, index_messages
 from ur5_ros.bag.mcap.reader import Batch, MessageSource
@@ -197,7 +197,7 @@ class Bag:
             definitions, type_name = self.definitions(topic), self.topics[topic]
             collectors[topic] = Collector(
                 topic, type_name, definitions, names, self.report, self._expected(topic)) \
-                if type_name in KINDS else RawCollector()
+                if type_name in COLUMN_TYPES else RawCollector()
         self._pass(collectors)
         return {topic: collector.result() for topic, collector in collectors.items()}
 

@@ -16,7 +16,7 @@ from ur5_ros.bag.mcap.reader import MessageSource
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.rosbag2_folder import BagFolder, make_topic
-from ur5_ros.bag.run_folders import RECOVERED, UNFINISHED, bags_of_run
+from ur5_ros.bag.run_folders import RECOVERED_SUFFIX, UNFINISHED, bags_of_run
 from ur5_ros.config.strict_yaml import parse_yaml
 from ur5_ros.errors import BagError, InputError
 from ur5_ros.wording import number_of
@@ -93,7 +93,7 @@ def recover(path: Path | str, out: Path | str | None = None) -> Recovery:
     if all(not each.problems for each in found):
         return Recovery(path, None, found)
 
-    out = Path(out) if out is not None else path.with_name(_name(path) + RECOVERED)
+    out = Path(out) if out is not None else path.with_name(_name(path) + RECOVERED_SUFFIX)
     out = Path(os.path.abspath(out))
     unfinished = out.with_name(f'{out.name}.{os.getpid()}{UNFINISHED}')
     try:

@@ -10,12 +10,12 @@ from ur5_ros.errors import InputError
 BAGS = Path('bags')
 
 #: Suffix of what a recovery writes beside a run, and of its unfinished work.
-RECOVERED = '.recovered'
+RECOVERED_SUFFIX = '.recovered'
 UNFINISHED = '.unfinished'
 
 #: Ending of a compressed file -> what decompresses it.
-PACKED = {'.zstd': 'zstd -d', '.zst': 'zstd -d', '.gz': 'gunzip', '.bz2': 'bunzip2', '.xz': 'unxz',
-          '.lz4': 'lz4 -d', '.zip': 'unzip'}
+DECOMPRESSORS = {'.zstd': 'zstd -d', '.zst': 'zstd -d', '.gz': 'gunzip', '.bz2': 'bunzip2',
+                 '.xz': 'unxz', '.lz4': 'lz4 -d', '.zip': 'unzip'}
 
 _LETTERS = 'abcdefghijklmnopqrstuvwxyz0123456789'
 
@@ -48,7 +48,7 @@ def bags_of_run(run: Path) -> list[Path]:
     if run.is_file() or is_bag(run):
         return [run]
     found = sorted(each for each in run.iterdir()
-                   if is_bag(each) and not each.name.endswith((RECOVERED, UNFINISHED)))
+                   if is_bag(each) and not each.name.endswith((RECOVERED_SUFFIX, UNFINISHED)))
     if not found:
         _refuse_other_forms(run)
         raise InputError(f'{run}: no bag in it; give a folder that holds sim/ and control/, or '
@@ -59,9 +59,9 @@ def bags_of_run(run: Path) -> list[Path]:
 def _refuse_other_forms(folder: Path) -> None:
     """Raise InputError for a folder with compressed storage files or bags of ROS 1."""
     for file in sorted(folder.iterdir()):
-        if file.suffix in PACKED and file.stem.endswith(('.mcap', '.db3')):
+        if file.suffix in DECOMPRESSORS and file.stem.endswith(('.mcap', '.db3')):
             raise InputError(f'{file}: a compressed file; decompress it with: '
-                             f'{PACKED[file.suffix]} {file.name}')
+                             f'{DECOMPRESSORS[file.suffix]} {file.name}')
         if file.suffix == '.bag':
             raise InputError(f'{file}: a bag of ROS 1; convert it with: rosbags-convert')
 

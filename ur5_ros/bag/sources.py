@@ -7,7 +7,7 @@ from typing import Any
 
 from ur5_ros.bag.mcap.reader import McapReader, MessageSource
 from ur5_ros.bag.mcap.records import CHECKSUM, MAGIC, checksum
-from ur5_ros.bag.metadata import NAME, Information, read_metadata
+from ur5_ros.bag.metadata import METADATA_FILE, Information, read_metadata
 from ur5_ros.bag.rosbag2_folder import DESCRIPTION_RECORD, NOTE_RECORD
 from ur5_ros.bag.sqlite3_reader import SQLITE3_MAGIC, ZSTANDARD_MAGIC, Sqlite3Reader
 from ur5_ros.errors import BagError, InputError
@@ -37,11 +37,11 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
     if path.is_file():
         return None, [_open_file(path, report)]
     if not path.is_dir():
-        raise InputError(f'{path}: no such bag; give a folder with {NAME}, or an .mcap or .db3 '
-                         'file')
+        raise InputError(f'{path}: no such bag; give a folder with {METADATA_FILE}, or an .mcap '
+                         'or .db3 file')
     present = sorted((*path.glob('*.mcap'), *path.glob('*.db3')), key=_natural)
     information = None
-    if (path / NAME).is_file():
+    if (path / METADATA_FILE).is_file():
         try:
             information = read_metadata(path)
         except BagError as problem:
@@ -66,9 +66,9 @@ def report_missing_metadata(
     path: Path, sources: Sequence[MessageSource], described: bool, report: Report,
 ) -> None:
     """Report a folder without metadata.yaml where its writer, this package's, did not end."""
-    if path.is_dir() and not (path / NAME).is_file() and (described or any(
+    if path.is_dir() and not (path / METADATA_FILE).is_file() and (described or any(
             isinstance(source, McapReader) and source.summary is None for source in sources)):
-        report(f'{path}: no file {NAME}, the recording was ended before it was closed; '
+        report(f'{path}: no file {METADATA_FILE}, the recording was ended before it was closed; '
                'repair it with: ur5 recover')
 
 
@@ -109,9 +109,9 @@ def _compare_files(path: Path, information: Information, present: Sequence[Path]
     listed = {Path(name).name.removesuffix('.zstd') for name in information.relative_file_paths}
     there = {file.name for file in present}
     for name in sorted(listed - there):
-        report(f'{path / name}: is missing, though {NAME} names it')
+        report(f'{path / name}: is missing, though {METADATA_FILE} names it')
     for name in sorted(there - listed):
-        report(f'{path / name}: is not named in {NAME}; it was read all the same')
+        report(f'{path / name}: is not named in {METADATA_FILE}; it was read all the same')
 
 
 def _open_files(files: Sequence[Path], report: Report) -> list[MessageSource]:
@@ -159,7 +159,7 @@ def read_descriptions(
     if custom and not description:
         description = dict(custom)
     elif custom is not None and description and custom != description:
-        report(f'{path / NAME}: its custom_data differ from the description in the files')
+        report(f'{path / METADATA_FILE}: its custom_data differ from the description in the files')
     return description, notes
 
 
@@ -186,15 +186,15 @@ def compare_counts(path: Path, information: Information | None, sources: Sequenc
         topic = entry.topic_metadata
         stated[topic.name] = stated.get(topic.name, 0) + entry.message_count
         if types.get(topic.name, topic.type) != topic.type:
-            report(f'{path / NAME}: says that {topic.name} is of another type')
+            report(f'{path / METADATA_FILE}: says that {topic.name} is of another type')
     total = sum(counted.values())
     if information.message_count != total:
-        report(f'{path / NAME}: says {number_of(information.message_count, "message")}; '
-               f'counted: {total}')
+        report(f'{path / METADATA_FILE}: says '
+               f'{number_of(information.message_count, "message")}; counted: {total}')
     for name in sorted(stated.keys() | counted.keys()):
         if stated.get(name, 0) != counted.get(name, 0):
-            report(f'{path / NAME}: says {number_of(stated.get(name, 0), "message")} on {name}; '
-                   f'counted: {counted.get(name, 0)}')
+            report(f'{path / METADATA_FILE}: says {number_of(stated.get(name, 0), "message")} on '
+                   f'{name}; counted: {counted.get(name, 0)}')
 
 
 def _natural(path: Path) -> tuple[str, int, str]:

@@ -61,7 +61,7 @@ class BenchFile(Record, frozen=True):
 
 
 #: Modes whose gains carry the inertia themselves.
-_UNWEIGHTED = ('pd', 'gravity_pd', 'impedance', 'pid')
+_UNWEIGHTED_MODES = ('pd', 'gravity_pd', 'impedance', 'pid')
 
 #: Laws of the bench.
 LAWS = ('pd', 'gravity_pd', 'pid', 'impedance', 'computed_torque', 'computed_torque_integral',
@@ -83,7 +83,7 @@ def entry_of(name: str, gains: Tuned) -> Entry:
     arm = load_arm(ARM)
     home = np.array(HOME) + arm.angle_offset
     inertia = inertia_matrix(home, arm)
-    if mode in _UNWEIGHTED:
+    if mode in _UNWEIGHTED_MODES:
         joints = np.diag(inertia)
         control |= {'kp': (kp * joints).tolist(), 'kd': (kd * joints).tolist()}
         if mode == 'pid':

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.bench.entries import Entry
-from ur5_ros.bench.limited_process import TOO_MUCH, end_with, limit_resources, run_limited
+from ur5_ros.bench.limited_process import OUT_OF_MEMORY, end_with, limit_resources, run_limited
 from ur5_ros.bench.probe import load_package
 from ur5_ros.bench.runs import Job, lost_row, row_of
 
@@ -38,7 +38,7 @@ def main(result: str, given: str) -> None:
         try:
             row = row_of(job)
         except MemoryError:
-            row = lost_row(job, f'the law takes {TOO_MUCH}')
+            row = lost_row(job, f'the law takes {OUT_OF_MEMORY}')
     end_with(result, row)
 
 

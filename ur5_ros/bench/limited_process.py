@@ -16,7 +16,7 @@ from ur5_ros.launcher.signals import end_with_parent
 
 #: Memory beyond what the package itself takes, and length of a file that is written [bytes].
 MEMORY, FILE_SIZE = 512 * 2**20, 64 * 2**20
-TOO_MUCH = 'more than 512 MB of memory'
+OUT_OF_MEMORY = 'more than 512 MB of memory'
 #: How much of what the process printed last is looked at [bytes].
 _TAIL = 16_384
 

@@ -6,19 +6,19 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.bench.entries import Entry, user_entry
-from ur5_ros.bench.limited_process import TOO_MUCH, end_with, limit_resources, run_limited
+from ur5_ros.bench.limited_process import OUT_OF_MEMORY, end_with, limit_resources, run_limited
 from ur5_ros.bench.perturbations import ARM
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import full_loop
 from ur5_ros.loop.run_config import run_config
 
 #: Wall-clock time of the probe and of a run with the law, and of one control period in it [s].
-SECONDS, SLOWEST = 60.0, 0.02
+TIMEOUT, SLOWEST_PERIOD = 60.0, 0.02
 #: Simulated time of the probe [s].
 _DURATION = 0.1
 
 
-def probed_entry(file: Path, gains: Path | None = None, seconds: float = SECONDS) -> Entry:
+def probed_entry(file: Path, gains: Path | None = None, seconds: float = TIMEOUT) -> Entry:
     """
     Return a user's law with its gains, after a tenth of a second with it in a limited process.
 
@@ -36,9 +36,9 @@ def probed_entry(file: Path, gains: Path | None = None, seconds: float = SECONDS
     why = found.why or found.result['why']
     if why:
         raise InputError(why if str(file) in why else f'{file}: {why}')
-    if found.result['period'] > SLOWEST:
+    if found.result['period'] > SLOWEST_PERIOD:
         raise InputError(f'{file}: too late: it takes {1e3 * found.result["period"]:.3g} ms '
-                         f'a period; give an answer within {1e3 * SLOWEST:g} ms')
+                         f'a period; give an answer within {1e3 * SLOWEST_PERIOD:g} ms')
     return Entry(file.name, found.result['control'], seconds)
 
 
@@ -55,7 +55,7 @@ def probe(file: str, gains: str | None) -> dict[str, Any]:
     except InputError as error:
         return {'why': str(error)}
     except MemoryError:
-        return {'why': f'the law takes {TOO_MUCH}'}
+        return {'why': f'the law takes {OUT_OF_MEMORY}'}
 
 
 def load_package() -> None:

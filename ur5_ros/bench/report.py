@@ -8,7 +8,7 @@ from ur5_ros.analysis.report.document import html_document, markup, write_docume
 from ur5_ros.analysis.report.palette import SERIES_COLOURS
 from ur5_ros.bench.entries import Candidate
 from ur5_ros.bench.perturbations import ACCURATE, SURVIVES
-from ur5_ros.bench.runs import LARGEST
+from ur5_ros.bench.runs import LARGEST_TRIED
 from ur5_ros.bench.table import border_text, error_cells, summary
 from ur5_ros.bench.tuning import pareto_front
 from ur5_ros.sweep.report import LOW_IS_GOOD
@@ -106,7 +106,7 @@ def _gains(rows: list[Candidate], look: dict[str, Any]) -> dict[str, Any]:
 
 def _table(rows: list[dict[str, Any]]) -> str:
     table = summary(rows).to_dicts()
-    borders = [what for what in LARGEST if what in table[0]]
+    borders = [what for what in LARGEST_TRIED if what in table[0]]
     heads = ['law', 'survived', *(title for title, _, _ in _COLUMNS),
              *(f'{what} [{"kg" if what == "payload" else "ms"}]' for what in borders)]
     lines = ''

@@ -17,9 +17,9 @@ from ur5_ros.loop.run_config import run_config
 #: Simulated time of a run [s].
 DURATION = 3.0
 #: Largest payload [kg] and delay [control periods of 1 ms] that are tried.
-LARGEST = {'payload': 32.0, 'delay': 128.0}
+LARGEST_TRIED = {'payload': 32.0, 'delay': 128.0}
 #: Bisections of either: the payload is known to 1/8 kg, the delay to 1 ms.
-HALVINGS = {'payload': 8, 'delay': 7}
+BISECTIONS = {'payload': 8, 'delay': 7}
 
 
 class Job(NamedTuple):
@@ -35,7 +35,7 @@ def jobs_of(entries: Iterable[Entry], perturbations: Iterable[str], seeds: int,
             survival: bool = True) -> list[Job]:
     """Return all jobs; those that take longest first."""
     entries = list(entries)
-    long = [Job(entry, what, 0, True) for entry in entries for what in LARGEST]
+    long = [Job(entry, what, 0, True) for entry in entries for what in LARGEST_TRIED]
     runs = [Job(entry, name, seed) for name in perturbations for seed in range(seeds)
             for entry in entries]
     return (long if survival else []) + runs
@@ -79,10 +79,10 @@ def borders_of(entry: Entry, what: str) -> dict[str, float]:
         return float('inf') if error is None else error
 
     def border(within: float) -> float:
-        low, high = 0.0, LARGEST[what]
+        low, high = 0.0, LARGEST_TRIED[what]
         if worst(high) <= within:
             return float('inf')
-        for _ in range(HALVINGS[what]):
+        for _ in range(BISECTIONS[what]):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if worst(middle) <= within else (low, middle)
         return low

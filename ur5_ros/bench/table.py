@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import polars
 
-from ur5_ros.bench.runs import LARGEST
+from ur5_ros.bench.runs import LARGEST_TRIED
 from ur5_ros.bench.scores import SCORES
 
 
@@ -32,7 +32,7 @@ def summary(rows: list[dict[str, Any]]) -> polars.DataFrame:
     means = runs.group_by('law', maintain_order=True).agg(
         polars.len().alias('runs'), lived.sum().alias('survived'),
         *(polars.col(score).filter(lived).median() for score in SCORES))
-    for what in LARGEST if 'largest' in table.columns else ():
+    for what in LARGEST_TRIED if 'largest' in table.columns else ():
         found = table.filter((polars.col('kind') == 'survival')
                              & (polars.col('perturbation') == what))
         means = means.join(
@@ -61,7 +61,7 @@ def border_text(row: dict[str, Any], what: str) -> str:
     """Return the largest payload or delay survived and, in brackets, the largest accurate one."""
     if row.get(what) is None:
         return '-'
-    largest, accurate = (f'> {LARGEST[what]:g}' if isinf(value) else f'{value:.3g}'
+    largest, accurate = (f'> {LARGEST_TRIED[what]:g}' if isinf(value) else f'{value:.3g}'
                          for value in (row[what], row[f'accurate_{what}']))
     return f'{largest} ({accurate})'
 
@@ -75,6 +75,6 @@ def markdown(rows: list[dict[str, Any]]) -> str:
              '|---' * (len(names) + 3) + '|']
     for row in summary(rows).to_dicts():
         shown = [*(cells[row['law'], name].text for name in names),
-                 *(border_text(row, what) for what in LARGEST)]
+                 *(border_text(row, what) for what in LARGEST_TRIED)]
         lines.append(f'| {row["law"]} | ' + ' | '.join(shown) + ' |')
     return '\n'.join(lines) + '\n'

@@ -20,7 +20,7 @@ CONDITIONS, SEED = ('payload', 'friction', 'delay', 'noise'), 1_000_000
 #: Error of a run that did not survive [rad], and roughness that costs as much as a twofold error.
 LOST, ROUGH = 1.0, 2000.0
 
-HOW = (f'{CANDIDATES} candidates a law, the same Latin hypercube for all of them, log-uniform: '
+METHOD = (f'{CANDIDATES} candidates a law, the same Latin hypercube for all of them, log-uniform: '
        f'frequency {_RANGES[0][0]:g} to {_RANGES[0][1]:g} rad/s, damping {_RANGES[1][0]:g} to '
        f'{_RANGES[1][1]:g}, the own number {_RANGES[2][0]:g} to {_RANGES[2][1]:g}; each run with '
        f'{", ".join(CONDITIONS)} under seed {SEED}, which the bench does not use; the least '
@@ -59,7 +59,7 @@ def tune(workers: int | None = None, progress: Callable[[float], None] = lambda 
             _mean(survived, 'rms_error'), _mean(survived, 'roughness')))
     best = {law: min((row for row in table if row.law == law), key=lambda row: row.cost)
             for law in LAWS}
-    return BenchFile(HOW, {law: Tuned(row.frequency, row.damping, row.own)
+    return BenchFile(METHOD, {law: Tuned(row.frequency, row.damping, row.own)
                            for law, row in best.items()}, table)
 
 

@@ -13,8 +13,8 @@ from ur5_ros.config.solids import Size, Solid, base_pose, check_shape
 from ur5_ros.config.strict_yaml import file_names, named_file, parse_yaml, read_text, read_yaml
 from ur5_ros.errors import InputError
 
-__all__ = ['EMPTY', 'NOTHING', 'Body', 'Solid', 'World', 'base_pose', 'list_worlds', 'load_world',
-           'parse_world', 'with_contact', 'with_tool', 'world_from', 'world_text']
+__all__ = ['EMPTY', 'EMPTY_WORLD', 'Body', 'Solid', 'World', 'base_pose', 'list_worlds',
+           'load_world', 'parse_world', 'with_contact', 'with_tool', 'world_from', 'world_text']
 
 #: The world without anything in it.
 EMPTY = 'empty'
@@ -96,7 +96,7 @@ class World(Record, frozen=True, kw_only=True):
         return next((body for body in self.bodies if body.name == name), None)
 
 
-NOTHING = World(name=EMPTY, description='Nothing to touch.', source='')
+EMPTY_WORLD = World(name=EMPTY, description='Nothing to touch.', source='')
 
 
 def list_worlds() -> list[str]:
@@ -116,7 +116,7 @@ def load_world(name: str) -> World:
     Returned: the record; paths of meshes are absolute.
     """
     if name == EMPTY:
-        return NOTHING
+        return EMPTY_WORLD
     path = named_file('world', name)
     return _world(read_yaml(path), str(path), path.parent)
 
@@ -144,7 +144,7 @@ def with_contact(world: World, parameters: Mapping[str, Any]) -> World:
 
 def parse_world(text: str, source: str) -> World:
     """Return a world from the text of its file, as stored in a bag; meshes are not looked for."""
-    return _world(parse_yaml(text, source), source, None) if text else NOTHING
+    return _world(parse_yaml(text, source), source, None) if text else EMPTY_WORLD
 
 
 def _world(data: Any, source: str, folder: Path | None) -> World:

@@ -13,7 +13,7 @@ TURN_LENGTH = 0.2
 #: Tool acceleration of paths that are timed by a speed [m/s^2] (assumed: a gentle start).
 TOOL_ACCELERATION = 0.5
 #: Directions that differ less are no corner [-].
-_CORNER = 1e-3
+_CORNER_TOLERANCE = 1e-3
 
 Law = Callable[[np.ndarray], Curve]
 
@@ -107,7 +107,7 @@ def _stops(per_length: np.ndarray, kept: np.ndarray) -> np.ndarray:
     scale = np.array([1.0] * 3 + [TURN_LENGTH] * 3)
     for before, after in zip(range(legs.size - 1), range(1, legs.size), strict=True):
         bend = np.abs((per_length[after] - per_length[before]) * scale).max()
-        stops[legs[after]] = bend > _CORNER or legs[after] != legs[before] + 1
+        stops[legs[after]] = bend > _CORNER_TOLERANCE or legs[after] != legs[before] + 1
     return stops
 
 

@@ -9,9 +9,9 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState
 
 #: Gain of the observer [1/s]: a step of the force shows to 63 % after 20 ms.
-GAIN = 50.0
+OBSERVER_GAIN = 50.0
 #: Singular values of J below this share of the largest do not determine a force.
-_SMALLEST = 1e-2
+_SMALLEST_SINGULAR_VALUE = 1e-2
 
 
 class ForceGuard:
@@ -23,7 +23,7 @@ class ForceGuard:
     """
 
     def __init__(self, arm: ArmParameters) -> None:
-        self._arm, self._observer = arm, MomentumObserver(arm, GAIN)
+        self._arm, self._observer = arm, MomentumObserver(arm, OBSERVER_GAIN)
 
     def reset(self) -> None:
         """Begin anew: no force, no state before."""
@@ -40,5 +40,5 @@ class ForceGuard:
     def force(self, state: ArmState) -> float:
         """Return the size of the force on the tool [N] up to a state."""
         torque, q = self._observer.update(state), state.q + self._arm.angle_offset
-        wrench = np.linalg.pinv(jacobian(q, self._arm).T, rcond=_SMALLEST) @ torque
+        wrench = np.linalg.pinv(jacobian(q, self._arm).T, rcond=_SMALLEST_SINGULAR_VALUE) @ torque
         return float(np.linalg.norm(wrench[:3]))

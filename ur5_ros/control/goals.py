@@ -5,10 +5,10 @@ import numpy as np
 from ur5_ros.control.tolerances import ResultCode, Tolerances, Verdict, judge
 
 #: Verdicts that are kept [count].
-_KEPT = 16
+_KEPT_VERDICTS = 16
 
 
-class GoalWatch:
+class GoalMonitor:
     """The active goal and the verdicts on those before it."""
 
     def __init__(self, names: list[str]):
@@ -53,7 +53,7 @@ class GoalWatch:
             return
         self._tolerances = None
         self._verdicts[self._number] = verdict
-        self._verdicts.pop(self._number - _KEPT, None)
+        self._verdicts.pop(self._number - _KEPT_VERDICTS, None)
 
     def preempt(self, by: str) -> None:
         """End the active goal, if any, because another request replaces it."""

@@ -21,7 +21,7 @@ TAKEOVER_TOLERANCE = 0.1
 _LONGEST_BRIDGE = 1.0
 _SAMPLES_PER_SEGMENT = 16
 #: More than any position, speed or acceleration of a joint.
-_LARGEST = 1e6
+_LARGEST_VALUE = 1e6
 
 
 class TrajectoryPoint(NamedTuple):
@@ -159,7 +159,7 @@ def _check_arrays(point: TrajectoryPoint, number: int, joints: int) -> None:
         if len(values) != joints and (len(values) or name == 'positions'):
             raise InputError(f'point {number} has {len(values)} {name} for {joints} joints; '
                              f'give {joints}')
-        if not np.all(np.abs(np.array(values, dtype=float)) < _LARGEST):  # False for NaN
+        if not np.all(np.abs(np.array(values, dtype=float)) < _LARGEST_VALUE):  # False for NaN
             raise InputError(f'point {number} has {name} {list(values)}; give finite numbers of a '
                              'joint')
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ur5_ros.control.execution import TrajectoryExecutor
 from ur5_ros.control.experiment import ExperimentTrajectory
-from ur5_ros.control.goals import GoalWatch
+from ur5_ros.control.goals import GoalMonitor
 from ur5_ros.control.output import ControlOutput
 from ur5_ros.control.planning import Plan
 from ur5_ros.control.point_to_point import MotionLimits, smooth_stop
@@ -25,7 +25,7 @@ class MotionRequests:
 
     def __init__(self, joint_names: list[str]):
         self.executor = TrajectoryExecutor()
-        self.goals = GoalWatch(joint_names)
+        self.goals = GoalMonitor(joint_names)
         self.stopped = ''
         """Why a limit or a guard stopped the motion."""
         self.refused = ''

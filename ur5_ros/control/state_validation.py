@@ -12,7 +12,7 @@ from ur5_ros.signals import ArmState
 #: Simulated time without a state after which motions do not go on [ns].
 CLOCK_GAP = 1_000_000_000
 #: Implausible states answered in a row; after that the robot's own watchdog acts.
-LARGEST_RUN = 10
+MOST_IMPLAUSIBLE = 10
 
 
 class StateStatus(Enum):
@@ -84,7 +84,7 @@ class StateValidator:
     def _reject(self, state: ArmState, sentence: str) -> StateStatus:
         self.sentence = sentence
         self._run += 1
-        if self.last is None or self._run > LARGEST_RUN:
+        if self.last is None or self._run > MOST_IMPLAUSIBLE:
             raise InputError(f'{sentence} at stamp {state.stamp} ns; not answered')
         return StateStatus.IMPLAUSIBLE
 

@@ -12,13 +12,13 @@ from ur5_ros.signals import ArmState, Reference
 #: away the arm first moves there.
 START_DISTANCE = 0.5
 #: Speed below which an arm counts as standing [rad/s].
-_STANDING = 0.01
+_STANDING_SPEED = 0.01
 
 
 def plan_rest(settings: Settings, state: ArmState) -> Plan:
     """Return the motion that takes over a measured state and comes to rest."""
     speed, zero = np.abs(state.qd), np.zeros(6)
-    if speed.max() < _STANDING or (speed > 2.0 * settings.arm.limits.velocity).any():
+    if speed.max() < _STANDING_SPEED or (speed > 2.0 * settings.arm.limits.velocity).any():
         return Plan(Hold(state.q))
     return plan_stop(settings, Reference(state.q.copy(), state.qd.copy(), zero))
 

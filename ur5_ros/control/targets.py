@@ -16,9 +16,9 @@ from ur5_ros.signals import JOINT_NAMES
 #: How far the norm of a quaternion may be from one: single precision and some.
 QUATERNION_TOLERANCE = 1e-3
 #: No pose is further away [m].
-_FAR = 1e6
+_LARGEST_DISTANCE = 1e6
 #: base_link = base turned by Rz(pi) (REP-103).
-_TURNED = np.diag([-1.0, -1.0, 1.0, 1.0])
+_BASE_FROM_BASE_LINK = np.diag([-1.0, -1.0, 1.0, 1.0])
 
 
 def pose_matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.ndarray:
@@ -56,7 +56,7 @@ def wrench_in_base(force: Sequence[float], torque: Sequence[float], frame: str, 
     if frame in ('', prefix + 'base'):
         return wrench.ravel()
     if frame == prefix + 'base_link':
-        return (wrench @ _TURNED[:3, :3].T).ravel()
+        return (wrench @ _BASE_FROM_BASE_LINK[:3, :3].T).ravel()
     if frame == prefix + 'tool0':
         turn = forward_kinematics(q + arm.angle_offset, arm)[:3, :3]
         return (wrench @ turn.T).ravel()
@@ -74,7 +74,7 @@ def in_base(transform: np.ndarray, frame: str, prefix: str = '') -> np.ndarray:
     transform = np.asarray(transform, dtype=float)
     if transform.shape[-2:] != (4, 4) or not np.all(np.isfinite(transform)):
         raise InputError(f'pose of shape {transform.shape}; give finite (4, 4) transforms')
-    if np.abs(transform).max(initial=0.0) > _FAR:
+    if np.abs(transform).max(initial=0.0) > _LARGEST_DISTANCE:
         raise InputError(f'pose with {np.abs(transform).max():.6g} in it; give metres')
     rotation = transform[..., :3, :3]
     product = np.matmul(rotation, np.swapaxes(rotation, -1, -2))
@@ -85,7 +85,7 @@ def in_base(transform: np.ndarray, frame: str, prefix: str = '') -> np.ndarray:
     if frame == prefix + 'base':
         return transform
     if frame == prefix + 'base_link':
-        return np.matmul(_TURNED, transform)
+        return np.matmul(_BASE_FROM_BASE_LINK, transform)
     raise InputError(f'frame {frame!r} is not known; give the pose in {prefix}base or '
                      f'{prefix}base_link')
 

@@ -18,7 +18,7 @@ from ur5_ros.signals import ArmState, Reference
 _ZERO = np.zeros(6)
 
 #: Parameters that the law does not read.
-_MOTION = frozenset({
+_MOTION_PARAMETERS = frozenset({
     'max_velocity', 'max_acceleration', 'max_jerk', 'max_joint_jump', 'singularity_margin',
     'tool_speed', 'torque_rate_limit', 'allow_nonzero_velocity_at_trajectory_end', 'guard_force',
     'constraints.goal_time', 'constraints.trajectory', 'constraints.goal', 'state_timeout'})
@@ -37,7 +37,7 @@ class TorqueCommand:
                changed: Iterable[str] | None = None) -> None:
         """Let parameters act; the law keeps its memory where none of those changed is its own."""
         feedforward = friction_feedforward(parameters, self._arm)
-        if changed is None or not _MOTION.issuperset(changed):
+        if changed is None or not _MOTION_PARAMETERS.issuperset(changed):
             self.law: TorqueLaw | CheckedLaw = settings.law()
             self.set_target_wrench(self._target_wrench)
         self._feedforward, self._settings = feedforward, settings

@@ -13,7 +13,7 @@ from ur5_ros.sim.plant import Plant
 
 ARM = load_arm('ur5_real')
 #: Gain of the observer [1/s].
-GAIN = 50.0
+OBSERVER_GAIN = 50.0
 
 
 def _turn(wrench: np.ndarray) -> np.ndarray:

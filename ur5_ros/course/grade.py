@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ur5_ros.bench.limited_process import TOO_MUCH, end_with, limit_resources, run_limited
+from ur5_ros.bench.limited_process import OUT_OF_MEMORY, end_with, limit_resources, run_limited
 from ur5_ros.control.laws.user_law import reason
 from ur5_ros.course.exercise import Exercise, Line, Mark, WrongAnswer
 from ur5_ros.course.untouched import attributes, replaced
@@ -16,7 +16,7 @@ from ur5_ros.errors import InputError
 
 EXERCISES = ('kinematics', 'dynamics', 'computed_torque', 'identification', 'friction', 'contact')
 #: Wall-clock time that a solution gets [s].
-SECONDS = 60.0
+TIMEOUT = 60.0
 
 
 class Grade(NamedTuple):
@@ -46,7 +46,7 @@ def exercise_named(name: str) -> Exercise:
     return import_module(f'ur5_ros.course.{name}').EXERCISE
 
 
-def grade(name: str, file: Path, seed: int = 0, seconds: float = SECONDS) -> Grade:
+def grade(name: str, file: Path, seed: int = 0, seconds: float = TIMEOUT) -> Grade:
     """Return what a solution earns."""
     lines = exercise_named(name).lines
     if not file.is_file():
@@ -66,7 +66,7 @@ def judge(exercise: Exercise, file: str, seed: int) -> dict[str, Any]:
     try:
         module = _load(file)
     except MemoryError:
-        return {'why': f'the import takes {TOO_MUCH}', 'marks': []}
+        return {'why': f'the import takes {OUT_OF_MEMORY}', 'marks': []}
     except BaseException as error:
         return {'why': f'the file cannot be imported: {reason(error, file)}', 'marks': []}
     for line in exercise.lines:
@@ -86,7 +86,7 @@ def _mark(line: Line, module: Any, file: str, seed: int) -> Mark:
     except WrongAnswer as error:
         why = str(error)
     except MemoryError:
-        why = f'it takes {TOO_MUCH}'
+        why = f'it takes {OUT_OF_MEMORY}'
     except BaseException as error:  # SystemExit and KeyboardInterrupt of the file's too
         why = reason(error, file)
     return Mark(line.name, 0.0 if why else line.points, line.points, why, mistake)

@@ -16,13 +16,13 @@ from ur5_ros.errors import InputError
 from ur5_ros.launcher.signals import end_with_parent, interrupted_by_sigterm
 
 #: Wall-clock time that a node gets to close its bag after being asked to end [s].
-GRACE = 10.0
+END_TIMEOUT = 10.0
 
 #: Below this load average the machine counts as quiet.
-QUIET = 1.0
+QUIET_LOAD = 1.0
 
 #: How long a node with a core for itself looks for a message before it waits [s].
-SPIN = 0.0003
+SPIN_TIME = 0.0003
 
 
 class NodeProcesses:
@@ -87,7 +87,7 @@ class NodeProcesses:
                 break
             child.send_signal(number)
             try:
-                child.wait(GRACE)
+                child.wait(END_TIMEOUT)
             except subprocess.TimeoutExpired:
                 continue
         return child.wait()
@@ -179,11 +179,12 @@ def lockstep_cores(load: float | None = None) -> list[dict[str, str]]:
     """
     load = os.getloadavg()[0] if load is None else load
     cores = sorted(os.sched_getaffinity(0))[-2:]
-    if load >= QUIET:
+    if load >= QUIET_LOAD:
         return [{'UR5_ROS_CORE': ''}] * 2
     if len(cores) < 2:
         return [{'UR5_ROS_CORE': str(last_core())}] * 2
-    return [{'UR5_ROS_CORE': str(core), 'UR5_ROS_SPIN': f'{1e6 * SPIN:.0f}'} for core in cores]
+    spin = f'{1e6 * SPIN_TIME:.0f}'
+    return [{'UR5_ROS_CORE': str(core), 'UR5_ROS_SPIN': spin} for core in cores]
 
 
 def last_core() -> int:

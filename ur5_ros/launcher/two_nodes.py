@@ -10,7 +10,7 @@ from ur5_ros.bag.reader import open_bag
 from ur5_ros.config.node_parameters import NodeParameters
 from ur5_ros.config.topics import CONTROL_NODE, SIM_NODE
 from ur5_ros.errors import InputError
-from ur5_ros.launcher.node_processes import GRACE, NodeProcesses, lockstep_cores
+from ur5_ros.launcher.node_processes import END_TIMEOUT, NodeProcesses, lockstep_cores
 from ur5_ros.launcher.progress import BagGrowth
 from ur5_ros.loop.run_config import RunConfig
 
@@ -78,7 +78,7 @@ def _watch(nodes: NodeProcesses, processes: list[str], growth: BagGrowth, config
             progress(min(states / config.sim.control_rate, config.duration))
         for other in others:
             code = nodes.poll(other)
-            if code is not None and nodes.wait(sim, GRACE) is None:
+            if code is not None and nodes.wait(sim, END_TIMEOUT) is None:
                 raise InputError(f'{other}_node ended with code {code}: '
                                  f'{nodes.last_log_line(other)}')
         if now - moved > START_TIMEOUT:

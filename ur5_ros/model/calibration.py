@@ -23,7 +23,7 @@ TOLERANCE, MAX_ITERATIONS = 1e-13, 40
 DAMPING, MAX_STEP = 1.0, 0.5
 
 #: Two solutions nearer than this are one [rad].
-SAME = 1e-9
+SAME_SOLUTION = 1e-9
 
 
 def transform(xyz: Sequence[float] | np.ndarray, rpy: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -126,6 +126,6 @@ def distinct(q: np.ndarray) -> np.ndarray:
     keep = np.isfinite(q).all(axis=1)
     for i in range(len(q)):
         gap = np.abs((q[:i][keep[:i]] - q[i] + np.pi) % (2.0 * np.pi) - np.pi)
-        if keep[i] and len(gap) and (gap.max(axis=1) < SAME).any():
+        if keep[i] and len(gap) and (gap.max(axis=1) < SAME_SOLUTION).any():
             keep[i] = False
     return keep

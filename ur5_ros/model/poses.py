@@ -4,7 +4,7 @@ import numpy as np
 
 from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.arguments import finite_array
-from ur5_ros.model.kernels.inverse_kinematics import RIGID
+from ur5_ros.model.kernels.inverse_kinematics import RIGID_TOLERANCE
 from ur5_ros.model.parameters import ArmParameters
 
 
@@ -31,12 +31,13 @@ def check_pose(T: np.ndarray) -> None:
     for what, defect in (('its last row differs from (0, 0, 0, 1) by', last),
                          ('R R^T differs from 1 by', gram)):
         worst = int(np.argmax(defect))
-        if defect[worst] > RIGID:
+        if defect[worst] > RIGID_TOLERANCE:
             raise InputError(f'T{which.format(worst)} is no rigid transform: {what} '
-                             f'{defect[worst]:.3g}; at most {RIGID:g} is taken as rounding')
+                             f'{defect[worst]:.3g}; at most {RIGID_TOLERANCE:g} is taken as '
+                             'rounding')
     determinant = np.linalg.det(flat[:, :3, :3])
     worst = int(np.argmin(determinant))
-    if determinant[worst] < 1.0 - 4.0 * RIGID:
+    if determinant[worst] < 1.0 - 4.0 * RIGID_TOLERANCE:
         raise InputError(f'T{which.format(worst)} is no rigid transform: det R is '
                          f'{determinant[worst]:.6g}; give +1')
 

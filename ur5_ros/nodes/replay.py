@@ -15,17 +15,17 @@ from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.messages import message_class
 
 #: Wall-clock time that subscribers get to find the topics before the first message [s].
-DISCOVERY = 2.0
+DISCOVERY_TIME = 2.0
 #: A subscription that is known here may not know the topic yet; after this time it does [s].
-SETTLING = 0.5
+SETTLING_TIME = 0.5
 #: Messages that the middleware keeps until every subscription has them.
-DEPTH = 1000
+QUEUE_DEPTH = 1000
 #: Longest wait for subscriptions that do not confirm what was sent; the middleware asks the slow
 #: ones again every three seconds [s].
-CONFIRMATION = 4.0
+CONFIRMATION_TIMEOUT = 4.0
 
 #: Topics of which late joiners get the last message too.
-_KEPT = ('std_msgs/msg/String',)
+_LATCHED_TYPES = ('std_msgs/msg/String',)
 
 
 def replay(
@@ -64,7 +64,7 @@ class _Sender:
 
     def __call__(self, data: bytes) -> None:
         """Publish; the middleware drops the oldest message once it keeps too many."""
-        if self._unconfirmed >= DEPTH // 2:
+        if self._unconfirmed >= QUEUE_DEPTH // 2:
             self.confirm()
         self._publisher.publish(data)
         self._unconfirmed += 1
@@ -72,7 +72,8 @@ class _Sender:
     def confirm(self) -> None:
         """Wait until all is received; for a subscription that hangs only once."""
         if self._confirms:
-            self._confirms = self._publisher.wait_for_all_acked(Duration(seconds=CONFIRMATION))
+            self._confirms = self._publisher.wait_for_all_acked(
+                Duration(seconds=CONFIRMATION_TIMEOUT))
         self._unconfirmed = 0
 
 
@@ -98,15 +99,16 @@ def _publisher(node: Node, topic: str, kind: str) -> Publisher:
     except (ImportError, AttributeError):
         raise InputError(f'message type {kind} of topic {topic} is not installed; leave the topic '
                          'out with --topics') from None
-    durability = DurabilityPolicy.TRANSIENT_LOCAL if kind in _KEPT else DurabilityPolicy.VOLATILE
-    qos = QoSProfile(depth=DEPTH, durability=durability)
+    latched = kind in _LATCHED_TYPES
+    qos = QoSProfile(depth=QUEUE_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL if latched
+                     else DurabilityPolicy.VOLATILE)
     return node.create_publisher(message_type, topic, qos)
 
 
 def _wait_for_subscribers(publishers: list[Publisher]) -> None:
-    end = time.monotonic() + DISCOVERY
+    end = time.monotonic() + DISCOVERY_TIME
     while time.monotonic() < end:
         if all(publisher.get_subscription_count() for publisher in publishers):
-            time.sleep(SETTLING)
+            time.sleep(SETTLING_TIME)
             return
         time.sleep(0.02)

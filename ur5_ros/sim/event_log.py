@@ -8,7 +8,7 @@ import numpy as np
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState
 from ur5_ros.sim.events import Event, event
-from ur5_ros.sim.limits import LimitWatch
+from ur5_ros.sim.limits import LimitMonitor
 
 
 class EventLog:
@@ -16,7 +16,7 @@ class EventLog:
 
     def __init__(self, arm: ArmParameters):
         self._fastest = arm.limits.velocity
-        self.limits = LimitWatch()
+        self.limits = LimitMonitor()
         """The joints at a limit in the last period."""
         self._events: list[Event] = []
         self.fallback = ''

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ur5_ros.model.friction import JointFriction
-from ur5_ros.model.kernels.kept import seem_kept
+from ur5_ros.model.kernels.kernel_cache import seems_cached
 from ur5_ros.sim.bullet_arm import BulletArm
 from ur5_ros.sim.friction import WORK, kernels
 
@@ -116,9 +116,9 @@ def _compiled() -> Callable[..., int]:
     return kernel.single
 
 
-def kernels_seem_kept() -> bool:
+def kernels_seem_cached() -> bool:
     """Return whether :func:`prepare_kernels` seems to have nothing to compile; loads nothing."""
-    return seem_kept(Path(__file__).with_name('integrator_kernel.py'))
+    return seems_cached(Path(__file__).with_name('integrator_kernel.py'))
 
 
 def prepare_kernels() -> None:

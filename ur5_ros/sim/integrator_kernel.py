@@ -11,7 +11,7 @@ _MOST_FACES = 1000
 #: What rounding may do to a sum of torques, by the largest of them.
 _ROUNDING = 1e-13
 #: A joint this near to a stop touches it [rad]; rounding is a thousand times smaller.
-TOUCH = 1e-12
+STOP_TOLERANCE = 1e-12
 
 #: A joint slower than this is at rest [rad/s], as in ``model.friction``.
 _AT_REST = 1e-9
@@ -204,7 +204,7 @@ def engine_torque(state, constants, work, torque, held):
     code = 0
     for i in range(6):
         reached = q[i] + h * (qd[i] + delta[i])
-        held[i] = reached >= upper[i] - TOUCH or reached <= lower[i] + TOUCH
+        held[i] = reached >= upper[i] - STOP_TOLERANCE or reached <= lower[i] + STOP_TOLERANCE
         if held[i]:
             code = HELD
         torque[i] = bias[i]

@@ -7,20 +7,20 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.events import Event, event
 
-_SENTENCE = {
+_MESSAGES = {
     'effort': 'commanded torque clamped to the limit of {}',
     'velocity': 'faster than the limit: {}',
     'position': 'held by the stop: {}',
 }
 
 
-class LimitWatch:
+class LimitMonitor:
     """Counts the periods at a limit and returns every change as an event."""
 
     def __init__(self):
-        self.periods = dict.fromkeys(_SENTENCE, 0)
+        self.periods = dict.fromkeys(_MESSAGES, 0)
         self.quiet = True  # no joint is at a limit
-        self._touching: dict[str, tuple[str, ...]] = dict.fromkeys(_SENTENCE, ())
+        self._touching: dict[str, tuple[str, ...]] = dict.fromkeys(_MESSAGES, ())
 
     def update(self, kind: str, mask: np.ndarray, stamp: int) -> Event | None:
         """
@@ -35,7 +35,7 @@ class LimitWatch:
             return None
         self._touching[kind] = joints
         self.quiet = not any(self._touching.values())
-        message = (_SENTENCE[kind].format(', '.join(joints)) if joints
+        message = (_MESSAGES[kind].format(', '.join(joints)) if joints
                    else f'all joints are within their {kind} limits again')
         return event(stamp, 'limit', message, kind=kind, joints=list(joints), active=bool(joints))
 

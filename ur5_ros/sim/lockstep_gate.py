@@ -11,9 +11,9 @@ from ur5_ros.sim.command_gate import CommandGate, Decision
 from ur5_ros.sim.paced_gate import PacedGate
 
 #: The first unstamped command counts after this silence: late answers to copies of state 1 [s].
-QUIET = 0.05
+QUIET_TIME = 0.05
 #: Copies of the first state are sent at this interval until a command counts [s].
-RESEND = 0.1
+RESEND_PERIOD = 0.1
 
 
 def command_gate(names: Sequence[str], parameters: SimParameters,
@@ -67,17 +67,17 @@ class LockstepGate(CommandGate):
     def next(self) -> Decision:
         """Return what to do now."""
         if self._candidate is not None and self._answer is None:
-            if self._clock() - self._candidate_at < QUIET:
-                return Decision(wake=self._candidate_at + QUIET)
+            if self._clock() - self._candidate_at < QUIET_TIME:
+                return Decision(wake=self._candidate_at + QUIET_TIME)
             self._quiet_rule = False
             self._take(self._candidate)
         if self._answer is not None:
             return Decision(True, self._answer)
         if not self._started:
-            if self._clock() - self._sent >= RESEND:
+            if self._clock() - self._sent >= RESEND_PERIOD:
                 self._sent = self._clock()
-                return Decision(resend=True, wake=self._sent + RESEND)
-            return Decision(wake=self._sent + RESEND)
+                return Decision(resend=True, wake=self._sent + RESEND_PERIOD)
+            return Decision(wake=self._sent + RESEND_PERIOD)
         if self._running_on:
             return self._run_on()
         if self._clock() - self._since >= self._timeout:

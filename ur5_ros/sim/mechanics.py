@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ur5_ros.config.worlds import NOTHING, World
+from ur5_ros.config.worlds import EMPTY_WORLD, World
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.sim.bullet_arm import BulletArm, Joints
 from ur5_ros.sim.integrator import NO_JOINTS, Effects, PlantIntegrator
@@ -47,7 +47,8 @@ class Mechanics:
 
     """
 
-    def __init__(self, arm: ArmParameters, step_time: float, gui: bool, world: World = NOTHING):
+    def __init__(self, arm: ArmParameters, step_time: float, gui: bool,
+                 world: World = EMPTY_WORLD):
         self.arm = arm
         self.step_time = step_time
         scene = None if world.empty else _scene(world)
@@ -160,7 +161,7 @@ class Mechanics:
     def state(self) -> tuple[np.ndarray, np.ndarray]:
         """Return q [rad] and qd [rad/s], shape (6,) each."""
         values = np.empty(12)
-        _write(values, 0, *self._now)  # takes half the time of np.array
+        _write(values.data, 0, *self._now)  # takes half the time of np.array
         return values[:6], values[6:]
 
     def declared_gravity(self) -> np.ndarray:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 #: Further behind than this the schedule starts again: no burst makes up for a stopped process [s].
-_LOST = 0.2
+_LOST_SCHEDULE = 0.2
 
 
 class Pacer:
@@ -46,6 +46,6 @@ class Pacer:
         if behind > 0.5 * self._period:
             self.late += 1
             self.worst = max(self.worst, behind)
-        if behind > _LOST:
+        if behind > _LOST_SCHEDULE:
             self._origin += behind
             self.lost += behind

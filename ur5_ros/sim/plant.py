@@ -7,7 +7,7 @@ import numpy as np
 
 from ur5_ros.config import load_arm
 from ur5_ros.config.node_parameters import SimParameters
-from ur5_ros.config.worlds import NOTHING, World, world_from
+from ur5_ros.config.worlds import EMPTY_WORLD, World, world_from
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
@@ -22,7 +22,7 @@ from ur5_ros.sim.payload import HeldPayload
 from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Sensor
 from ur5_ros.sim.torque_mode import TorqueMode
-from ur5_ros.sim.world.contact_watch import ContactWatch
+from ur5_ros.sim.world.contact_monitor import ContactMonitor
 
 
 def plant_from_parameters(parameters: Mapping[str, Any] | SimParameters) -> 'Plant':
@@ -95,7 +95,7 @@ class Plant:
         self._payload = HeldPayload(start)
         self._sensor = Sensor(start)
         self._delay = CommandDelay()
-        self._contact_watch = ContactWatch(self._rate)
+        self._contact_monitor = ContactMonitor(self._rate)
         self._wrench = ExternalWrench(self._rate)
         self.k = 0
         self._count_period()
@@ -204,7 +204,7 @@ class Plant:
         self._delay.clear()
         self._sensor.clear()
         self.mechanics.reset_world()
-        self._contact_watch.clear()
+        self._contact_monitor.clear()
         self._torque_mode.resume()
         self._start()
         self._log('reset', 'back at the initial state', position=self.truth.q.tolist(),
@@ -214,7 +214,7 @@ class Plant:
     @property
     def world(self) -> World:
         """What stands around the arm."""
-        return NOTHING if self.mechanics.world is None else self.mechanics.world.world
+        return EMPTY_WORLD if self.mechanics.world is None else self.mechanics.world.world
 
     def contact_effort(self) -> list[tuple[int, np.ndarray]]:
         """Return stamp [ns] and joint torque of all contacts [N m], a row a physics step."""
@@ -255,7 +255,7 @@ class Plant:
 
     def _check_contacts(self, before: int) -> None:
         """Report contacts that begin or end, and stop the arm where the force is too large."""
-        for message, values in self._contact_watch.update(self.mechanics.contacts):
+        for message, values in self._contact_monitor.update(self.mechanics.contacts):
             self._event_log.add(before, 'contact', message, **values)
         limit = self.parameters.force_limit
         if limit > 0.0 and not self.stopped:

@@ -8,7 +8,7 @@ from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.signals import ArmState
 
 #: The longest delay that a parameter may ask for, plus the present state.
-_KEPT = 1001
+_KEPT_STATES = 1001
 
 
 class Noise:
@@ -38,7 +38,7 @@ class Sensor:
 
     def __init__(self, parameters: SimParameters):
         self._noise = Noise()
-        self._past: deque[tuple[int, ArmState]] = deque(maxlen=_KEPT)
+        self._past: deque[tuple[int, ArmState]] = deque(maxlen=_KEPT_STATES)
         self.settle(parameters)
 
     def settle(self, parameters: SimParameters) -> None:

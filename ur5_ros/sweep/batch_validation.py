@@ -17,7 +17,7 @@ from ur5_ros.errors import InputError
 UNREADABLE, NOT_JUDGED = 'unreadable', 'not judged'
 
 #: From this many folders on it pays to start workers.
-WORTH_SHARING = 16
+SHARED_FROM = 16
 
 
 class Judgement(NamedTuple):
@@ -67,7 +67,7 @@ def judge_all(
     """Yield the judgement of each folder, in any order; many are shared among Dask workers."""
     names = [str(folder.absolute()) for folder in folders]
     shown = dict(zip(names, map(str, folders), strict=True))
-    if len(names) < WORTH_SHARING or find_spec('distributed') is None:
+    if len(names) < SHARED_FROM or find_spec('distributed') is None:
         for name in names:
             yield judge_folder(name, given, marks)._replace(folder=shown[name])
         return

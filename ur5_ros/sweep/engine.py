@@ -15,9 +15,9 @@ from ur5_ros.sweep.table import SweepFolder
 from ur5_ros.sweep.workers import RETRY_TIMEOUT, WORKER_TIMEOUT, cluster, connected, map_batches
 
 #: Control periods in one task, so that a task takes some seconds.
-PERIODS_IN_TASK = 40_000
+PERIODS_PER_TASK = 40_000
 
-_MOST_IN_TASK = 200
+_MOST_RUNS_PER_TASK = 200
 
 
 def run_sweep(
@@ -64,7 +64,7 @@ def batch_size(spec: SweepSpec) -> int:
     if spec.engine == 'nodes':
         return 1
     periods = (spec.duration or 20.0) * 1000
-    return max(1, min(_MOST_IN_TASK, round(PERIODS_IN_TASK / periods)))
+    return max(1, min(_MOST_RUNS_PER_TASK, round(PERIODS_PER_TASK / periods)))
 
 
 def run_batch(spec: SweepSpec, bags: str | None, code: str,

@@ -25,14 +25,14 @@ from ur5_ros.sweep.batch_validation import marks_of
 from ur5_ros.sweep.spec import RunSpec, SweepSpec, altered
 
 #: Keys of a specification besides ``sim.<parameter>`` and ``control.<parameter>``.
-KEYS = {
+SPEC_KEYS = {
     'experiment': 'a name', 'arm': 'a name', 'control_arm': 'a name',
     'duration': 'a number of seconds above zero', 'control_rate': 'a whole number',
     'physics_rate': 'a whole number', 'initial_error': 'one number or six',
 }
 
 #: What a sweep decides itself, and the key to give instead.
-TAKEN = {
+SWEEP_DECIDES = {
     'sim.arm': 'arm', 'control.arm': 'control_arm', 'control.experiment': 'experiment',
     'sim.stop_after': 'duration', 'sim.control_rate': 'control_rate',
     'sim.physics_rate': 'physics_rate', 'sim.bag': 'keep', 'control.bag': 'keep',
@@ -40,7 +40,7 @@ TAKEN = {
 }
 
 #: Largest joint error beyond which a run counts as diverged [rad].
-DIVERGED = math.pi
+DIVERGED_ERROR = math.pi
 
 #: Numbers of every run, beside the validator's checks.
 METRICS = ('max_error', 'rms_error', 'final_error', 'max_torque', 'max_speed')
@@ -53,17 +53,17 @@ def config_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
                                         'control': {}}
     rest: dict[str, Any] = {}
     for key, value in values.items():
-        if key in TAKEN:
-            raise InputError(f'{key} is not for a sweep; give {TAKEN[key]} instead')
+        if key in SWEEP_DECIDES:
+            raise InputError(f'{key} is not for a sweep; give {SWEEP_DECIDES[key]} instead')
         side, _, name = key.partition('.')
         if name and side in sides:
             sides[side][name] = value
-        elif key in KEYS:
+        elif key in SPEC_KEYS:
             rest[key] = _value(key, value, run)
         else:
             raise InputError(f'unknown key {key!r}; give sim.<parameter>, control.<parameter> '
                              'or one '
-                             f'of: {", ".join(KEYS)}')
+                             f'of: {", ".join(SPEC_KEYS)}')
     try:
         config = run_config(**rest, sim=sides['sim'], control=sides['control'])
         rate = config.sim.control_rate
@@ -76,9 +76,9 @@ def config_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
 
 
 def _value(key: str, value: Any, run: RunSpec) -> Any:
-    """Return a value of one of :data:`KEYS`; refused if it is of another kind."""
+    """Return a value of one of :data:`SPEC_KEYS`; refused if it is of another kind."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    if KEYS[key] == 'a name':
+    if SPEC_KEYS[key] == 'a name':
         good = isinstance(value, str)
     elif key == 'duration':
         good = value is None or (number and value > 0.0)
@@ -88,7 +88,7 @@ def _value(key: str, value: Any, run: RunSpec) -> Any:
         good = number and value == round(value)
         value = round(value) if good else value
     if not good:
-        raise InputError(f'run {run.number}: {key} is {value!r}; give {KEYS[key]}')
+        raise InputError(f'run {run.number}: {key} is {value!r}; give {SPEC_KEYS[key]}')
     return value
 
 
@@ -139,7 +139,7 @@ def _by_nodes(config: RunConfig, folder: Path) -> Run:
 
 def _judged(spec: SweepSpec, run: Run) -> dict[str, Any]:
     metrics = metrics_of(run)
-    if not metrics['max_error'] <= DIVERGED:
+    if not metrics['max_error'] <= DIVERGED_ERROR:
         return {'status': 'diverged', 'success': False,
                 'why': f'a joint is {metrics["max_error"]:.3g} rad from its reference',
                 **metrics, 'states': digest(run)}

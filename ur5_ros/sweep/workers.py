@@ -26,9 +26,9 @@ WORKER_TIMEOUT = 5.0
 RETRY_TIMEOUT = 60.0
 
 #: Tasks under way for each worker thread: one runs, the others wait beside it.
-AHEAD = 3
+TASKS_PER_THREAD = 3
 
-_LOST = ('cancelled', 'lost')
+_LOST_STATUS = ('cancelled', 'lost')
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -118,11 +118,12 @@ def map_batches(
         return future
 
     threads = max(1, sum(client.nthreads().values()))
-    first = [submit(batch) for _ in range(AHEAD * threads) if (batch := list(islice(items, size)))]
+    first = [submit(batch) for _ in range(TASKS_PER_THREAD * threads)
+             if (batch := list(islice(items, size)))]
     ended = as_completed(first, loop=client.loop)
     for future in ended:
         batch = under_way.pop(future)
-        if future.status in _LOST:
+        if future.status in _LOST_STATUS:
             return
         error = future.exception()
         if error is None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.cdr.contact_messages import ARROW_SCALE, FORCE_COLOURS, ContactForce
-from ur5_ros.config.worlds import NOTHING, Body, base_pose
+from ur5_ros.config.worlds import EMPTY_WORLD, Body, base_pose
 from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import rotation_of_quaternion
 from ur5_ros.viewer.urdf_tree import Visual
@@ -21,7 +21,7 @@ class WorldTrack:
     """The bodies of a run's world, and the recorded poses and forces by time."""
 
     def __init__(self, run: Run):
-        world = NOTHING if run.sim is None else run.sim.world
+        world = EMPTY_WORLD if run.sim is None else run.sim.world
         self.bodies = world.bodies
         """What stands there; :meth:`poses` has their order."""
         self.visuals = [body_visual(body) for body in world.bodies]

@@ -103,7 +103,7 @@ def test_a_fixed_hand_belongs_to_the_arm_and_its_moving_fingers_are_counted(writ
     assert mass_beyond_tool(written()) == 0.0
 
 
-@pytest.mark.parametrize('change, says', [
+@pytest.mark.parametrize('change, reason', [
     (lambda text: text[:500], 'not XML'),
     (lambda text: '<mujoco/>', 'its root is <mujoco>'),
     (lambda text: '<!DOCTYPE x [<!ENTITY a "b">]>' + text.partition('?>')[2], 'declares entities'),
@@ -128,8 +128,8 @@ def test_a_fixed_hand_belongs_to_the_arm_and_its_moving_fingers_are_counted(writ
     (another('ixx="[^"]*"', 'ixx="nan"', 99), "ixx='nan'; give a finite number"),
     (another('elbow_joint"(.*?)<origin xyz="[^"]*"', r'elbow_joint"\1<origin xyz="a b c"'),
      'three finite numbers')])
-def test_a_urdf_of_another_kind_is_refused_with_the_reason(written, change, says):
-    with pytest.raises(InputError, match=says) as caught:
+def test_a_urdf_of_another_kind_is_refused_with_the_reason(written, change, reason):
+    with pytest.raises(InputError, match=reason) as caught:
         arm_of_urdf(written(change=change))
     assert '\n' not in str(caught.value) and 'robot.urdf' in str(caught.value)
 
@@ -179,18 +179,18 @@ def test_what_a_calibration_holds_besides_does_no_harm(tmp_path, change):
     assert parse_arm(calibrated_arm_text(path)[0], 'text').calibration is not None
 
 
-@pytest.mark.parametrize('change, says', [
+@pytest.mark.parametrize('change, reason', [
     (lambda data: data['kinematics'].pop('forearm'), 'forearm'),
     (lambda data: data['kinematics']['forearm'].update(x='left'), 'x'),
     (lambda data: data['kinematics']['forearm'].update(x=float('nan')), 'x'),
     (lambda data: data['kinematics']['forearm'].update(x=-0.6),
      'at most 0.05 m are a calibration'),
     (lambda data: data.clear(), 'kinematics')])
-def test_a_file_that_is_no_calibration_of_the_arm_is_refused(tmp_path, change, says):
+def test_a_file_that_is_no_calibration_of_the_arm_is_refused(tmp_path, change, reason):
     data = calibration('ur5e')
     change(data)
     path = tmp_path / 'calibration.yaml'
     path.write_text(yaml.safe_dump(data))
-    with pytest.raises(InputError, match=says) as caught:
+    with pytest.raises(InputError, match=reason) as caught:
         calibrated_arm_text(path, 'ur5e')
     assert '\n' not in str(caught.value) and 'calibration.yaml' in str(caught.value)

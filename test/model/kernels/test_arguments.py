@@ -15,7 +15,7 @@ from ur5_ros.config import load_arm
 from ur5_ros.model import dynamics, energy, kinematics
 from ur5_ros.model.kernels import compiled
 from ur5_ros.model.kernels.base_parameters import pack
-from ur5_ros.model.kernels.kept import compiled_sources, seem_kept
+from ur5_ros.model.kernels.kernel_cache import compiled_sources, seems_cached
 
 FUNCTIONS = [
     (kinematics.forward_kinematics, 1, (4, 4)), (kinematics.link_transforms, 1, (6, 4, 4)),
@@ -47,7 +47,7 @@ def test_one_state_and_some_give_the_same_bits(function, count, tail):
 @pytest.mark.parametrize('extra', [0, 1, 7, 13])
 def test_many_states_on_all_processors_give_the_same_bits(function, count, tail, extra):
     arm = load_arm('ur5_real')
-    size = compiled.LARGE + extra
+    size = compiled.PARALLEL_STATES + extra
     many = arguments(count, (size,))
     out = function(*many, arm)
     parts = np.concatenate([function(*(x[i:i + 500] for x in many), arm)
@@ -110,7 +110,7 @@ def test_leading_dimensions_that_do_not_match_are_named():
 
 def test_numbers_too_large_for_a_finite_result_are_refused():
     arm, q = load_arm('ur5'), np.zeros(6)
-    for lead in ((), (3,), (compiled.LARGE,)):
+    for lead in ((), (3,), (compiled.PARALLEL_STATES,)):
         large = np.full((*lead, 6), 1e200)
         with pytest.raises(ValueError, match='q, qd, qdd: numbers so large'):
             dynamics.inverse_dynamics(q, large, q, arm)
@@ -120,12 +120,12 @@ def test_numbers_too_large_for_a_finite_result_are_refused():
                     function(large, arm)
 
 
-@pytest.mark.parametrize('where', [0, 517, compiled.LARGE + 2])
+@pytest.mark.parametrize('where', [0, 517, compiled.PARALLEL_STATES + 2])
 def test_a_bad_number_among_many_states_is_named(where):
     arm = load_arm('ur5')
     for function, count, _ in FUNCTIONS:
         for which in range(count):
-            given = arguments(count, (compiled.LARGE + 3,))
+            given = arguments(count, (compiled.PARALLEL_STATES + 3,))
             given[which][where, 4] = np.nan
             with pytest.raises(ValueError, match=rf'\[{where}, 4\] is nan'):
                 function(*given, arm)
@@ -231,12 +231,12 @@ def test_kernels_count_as_kept_while_no_file_that_is_compiled_is_newer(tmp_path,
     module = Path('sim/some_kernel.py')
     kept = tmp_path / 'sim_0' / 'some_kernel.f-1.nbi'
     kept.parent.mkdir()
-    assert not seem_kept(module)
+    assert not seems_cached(module)
     kept.touch()
     newest = max(path.stat().st_mtime for path, _ in compiled_sources())
     for second, expected in ((1.0, True), (-1.0, False)):
         os.utime(kept, (newest + second,) * 2)
-        assert seem_kept(module) is expected
+        assert seems_cached(module) is expected
     compiled_names = {path.name for path, _ in compiled_sources()}
     assert {'integrator_kernel.py', 'compiled.py'} <= compiled_names
     assert 'plant.py' not in compiled_names

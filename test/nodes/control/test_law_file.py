@@ -77,7 +77,7 @@ def test_a_law_that_gives_no_torque_is_a_warning_in_one_line_and_the_node_goes_o
     text = LAW.format(line=f'if self.calls > 50:\n            {line}')
     control = ros.start('control', **CONTROL, law_file=law(text))
     sim = ros.start('sim', arm='ur5_real')
-    control.says(words)
+    control.wait_for_line(words)
     assert 'Traceback' not in control.text
     said = next(each for each in control.text.splitlines() if words in each)
     assert 'my_law.py' in said
@@ -89,7 +89,7 @@ def test_a_law_that_answers_later_than_a_period_is_said_so_once_and_in_lockstep_
         ros, law):
     control = ros.start('control', **CONTROL, law_file=law(LAW.format(line='time.sleep(0.003)')))
     sim = ros.start('sim', arm='ur5_real', stop_after=0.2)
-    control.says('my_law.py: too late: an answer takes')
+    control.wait_for_line('my_law.py: too late: an answer takes')
     assert sim.ends() == 0, sim.text
     assert control.stop() == 0, control.text
     assert control.text.count('too late') == 1

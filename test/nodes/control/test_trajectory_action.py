@@ -230,7 +230,7 @@ def test_a_goal_for_a_node_that_fails_or_ends_is_answered(ros, interfaces, capfd
 
 def test_without_control_msgs_a_line_names_what_to_install(ros):
     control = ros.start('control', bag='none')
-    control.says('waiting for states')
+    control.wait_for_line('waiting for states')
     control.lacks('control_msgs')
     assert control.stop() == 0
 

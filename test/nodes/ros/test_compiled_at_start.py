@@ -71,7 +71,7 @@ def test_a_simulator_in_lockstep_takes_a_wrench_without_the_compiler(ros, cold):
     """The first wrench was compiled in the loop; once compiled, a start loads nothing for it."""
     parameters = ('control_rate:=250', 'physics_rate:=1000', 'bag:=none')
     sim = cold('sim.node', 'SimNode', *parameters)
-    sim.says('waiting for the first command', 300)
+    sim.wait_for_line('waiting for the first command', 300)
     control = ros.start('control', bag='none')
     watcher = ros.observer()
     states = watcher.hear(JointState, '/joint_states')
@@ -88,14 +88,14 @@ def test_a_simulator_in_lockstep_takes_a_wrench_without_the_compiler(ros, cold):
     assert 'compiled late' not in sim.text, sim.text
     assert sim.stop() == 0, sim.text
     sim = cold('sim.node', 'SimNode', *parameters)
-    sim.says('without Numba')
+    sim.wait_for_line('without Numba')
     assert sim.stop() == 0 and control.stop() == 0
 
 
 def test_a_controller_monitors_plans_and_guards_without_the_compiler(ros, cold):
     """The first diagnostics of a cold start said "no state for 1.7 s"."""
     control = cold('control.node', 'ControlNode', 'bag:=none')
-    control.says('waiting for states', 300)
+    control.wait_for_line('waiting for states', 300)
     sim = ros.start('sim', lockstep=False, control_rate=250, physics_rate=1000, bag='none',
                     command_timeout=5.0)
     watcher = ros.observer()

@@ -36,7 +36,7 @@ def priorities(pid):
 @pytest.mark.parametrize('node', ['sim', 'control'])
 def test_the_loop_has_the_priority_and_what_has_the_interpreter_beside_it_one_less(ros, node):
     process = ros.start(node, realtime_priority=20, bag='')
-    process.says('runs with real-time priority 20')
+    process.wait_for_line('runs with real-time priority 20')
     found = priorities(process.pid)
     assert found['loop'] == [20] and set(found['receiving']) == {20}
     assert set(found['middleware']) == {0} and set(found['python']) == {19}
@@ -47,15 +47,15 @@ def test_the_loop_has_the_priority_and_what_has_the_interpreter_beside_it_one_le
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root may give real-time priorities here')
 def test_bags_are_written_with_a_priority_too_whenever_they_are_opened(ros):
     control = ros.start('control', realtime_priority=20)
-    control.says('runs with real-time priority 20')
+    control.wait_for_line('runs with real-time priority 20')
     before = priorities(control.pid)['python']
     sims = {}
     for bag in ('', 'auto'):
         sims[bag] = ros.start('sim', lockstep=False, bag=bag, realtime_priority=20)
-        sims[bag].says('runs with real-time priority 20')
+        sims[bag].wait_for_line('runs with real-time priority 20')
         sims[bag] = len(priorities(sims[bag].pid)['python'])
         assert ros.processes[-1].stop() == 0
-    control.says('recording ')
+    control.wait_for_line('recording ')
     assert priorities(control.pid)['python'] == [*before, 19]
     assert sims['auto'] == sims[''] + 1
     assert control.stop() == 0, control.text
@@ -64,7 +64,7 @@ def test_bags_are_written_with_a_priority_too_whenever_they_are_opened(ros):
 def test_without_the_right_one_line_names_the_way_and_the_node_runs(ros):
     process = ros.run([sys.executable, '-c', WITHOUT_RIGHTS, '--ros-args', '-p',
                        'realtime_priority:=20', '-p', "bag:=''"])
-    process.says('waiting for the first command')
+    process.wait_for_line('waiting for the first command')
     lines = [line for line in process.text.splitlines() if 'realtime_priority 20' in line]
     assert len(lines) == 1 and 'rtprio' in lines[0] and 'limits.conf' in lines[0]
     assert process.stop() == 0, process.text

@@ -68,11 +68,11 @@ print('numba' in sys.modules)
 
 def test_a_node_that_compiles_reports_it_and_a_signal_ends_it(ros, tmp_path):
     node = ros.start('control', environment={'NUMBA_CACHE_DIR': str(tmp_path)})
-    node.says('compiling for this processor')
+    node.wait_for_line('compiling for this processor')
     assert node.stop(signal.SIGTERM) == 0, node.text
     assert 'waiting for states' not in node.text
     node = ros.start('control', environment={'NUMBA_CACHE_DIR': str(tmp_path)})
-    node.says(' compiled in ', 300)
+    node.wait_for_line(' compiled in ', 300)
 
 
 @pytest.mark.parametrize('module', ['sim_node', 'control_node', 'closed_loop'])

@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 
 from ur5_ros.errors import InputError
-from ur5_ros.nodes.sim.simulation_interfaces import offer_standard_services
+from ur5_ros.nodes.sim.simulation_interfaces import create_standard_services
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 UNSUPPORTED, OK, FAILED, ALREADY, TRANSITION, INCORRECT = 0, 1, 4, 101, 102, 103
@@ -145,7 +145,7 @@ def test_steps_without_a_controller_are_answered(ros, interfaces):
 
 def test_without_the_package_a_line_names_what_to_install(ros):
     sim = ros.start('sim', bag='none')
-    sim.says('recorded in')
+    sim.wait_for_line('recorded in')
     sim.lacks('simulation_interfaces')
     assert sim.stop() == 0
 
@@ -167,7 +167,7 @@ def test_a_simulator_that_ends_or_is_busy_says_so(interfaces, reason, state, cod
             stopped=False, paused=False),
         inputs=SimpleNamespace(requests=SimpleNamespace(call=busy)),
         steps=SimpleNamespace(offer=lambda *_: None))
-    offer_standard_services(node, sim)
+    create_standard_services(node, sim)
     request = srv.SetSimulationState.Request()
     request.state.state = state
     _, handle = services['~/set_simulation_state']

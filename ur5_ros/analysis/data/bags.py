@@ -10,7 +10,7 @@ from ur5_ros.analysis.data.options import ReadingOptions
 from ur5_ros.analysis.data.run import NodeRecord, RecordedEvent
 from ur5_ros.analysis.data.topics import FoundTopic, find_topics
 from ur5_ros.bag.arrays.columns import Columns
-from ur5_ros.bag.metadata import NAME
+from ur5_ros.bag.metadata import METADATA_FILE
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import bags_of_run, is_bag
 from ur5_ros.errors import BagError, InputError
@@ -145,8 +145,8 @@ def _of_the_contents(problems: list[str], path: Path) -> tuple[list[str], list[s
     was closed; nor does a file of another name, where the messages are as many as were written.
 
     """
-    table = str(path / NAME)
-    others = [each for each in problems if NAME not in each]
+    table = str(path / METADATA_FILE)
+    others = [each for each in problems if METADATA_FILE not in each]
     counts = [each for each in problems if each.startswith(table) and ': says ' in each]
     if others or counts:
         return problems, []

@@ -13,7 +13,7 @@ from ur5_ros.cdr.codec import decode
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, parse_arm
 from ur5_ros.config.arms import tool_of
 from ur5_ros.config.parameters import Parameter
-from ur5_ros.config.worlds import NOTHING, World, parse_world, with_contact, with_tool
+from ur5_ros.config.worlds import EMPTY_WORLD, World, parse_world, with_contact, with_tool
 from ur5_ros.errors import InputError
 
 #: Nodes that a bag can be of; ``robot`` is a robot's own log.
@@ -51,7 +51,7 @@ def describe_node(bag: Bag) -> BagDescription:
     record = NodeRecord(stated.get('arm_name', arm.name), arm, parameters,
                         json_field(bag, 'versions', {}), bag.notes.get('summary', {}),
                         json_field(bag, 'fingerprint', {}), _changes(bag, known),
-                        _world(bag, parameters) if node == 'sim' else NOTHING)
+                        _world(bag, parameters) if node == 'sim' else EMPTY_WORLD)
     return BagDescription(record, node, run)
 
 

@@ -7,7 +7,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from ur5_ros.cdr.contact_messages import ContactForce
-from ur5_ros.config.worlds import NOTHING, World
+from ur5_ros.config.worlds import EMPTY_WORLD, World
 from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.model.parameters import ArmParameters
@@ -88,7 +88,7 @@ class NodeRecord:
     """What repeatability to the last bit depends on."""
     changes: tuple[ParameterChange, ...] = ()
     """Later changes of the law's parameters, in order of time; the simulator's are events."""
-    world: World = NOTHING
+    world: World = EMPTY_WORLD
     """What the simulated arm can touch."""
 
 

@@ -16,7 +16,7 @@ from ur5_ros.analysis.data.topic_roles import (
     ROLE_TYPES,
     role_columns,
 )
-from ur5_ros.bag.arrays.columns import KINDS
+from ur5_ros.bag.arrays.columns import COLUMN_TYPES
 from ur5_ros.bag.reader import Bag
 from ur5_ros.bag.untyped import declare_by_content
 from ur5_ros.cdr.codec import decode
@@ -113,7 +113,7 @@ class _Search:
         return self._forms[topic]
 
     def _sample(self, topic: str, type_name: str) -> list[_Form]:
-        kind, definitions = KINDS[type_name], self._bag.definitions(topic)
+        kind, definitions = COLUMN_TYPES[type_name], self._bag.definitions(topic)
         raw = self._bag.columns(topic)
         count = len(raw.log_time)
         lengths, first = np.unique(np.diff(raw.offsets), return_index=True)
@@ -141,7 +141,7 @@ class _Search:
         for topic, type_name in list(self._bag.topics.items()):
             if type_name == expected:
                 found.append(topic)
-            elif not type_name and expected in KINDS and (
+            elif not type_name and expected in COLUMN_TYPES and (
                     topic.endswith(ROLE_ENDINGS[role]) or topic in self._chosen.values()
                     or expected == _JOINT_STATE and role == 'joint_states') and (
                     declare_by_content(self._bag, topic, expected)):

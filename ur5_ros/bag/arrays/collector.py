@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ur5_ros.bag.arrays.columns import KINDS, Columns, RawColumns
+from ur5_ros.bag.arrays.columns import COLUMN_TYPES, Columns, RawColumns
 from ur5_ros.bag.arrays.table import Table
 from ur5_ros.bag.mcap.message_index import MessageIndex
 from ur5_ros.cdr.codec import Definitions, decode
@@ -56,7 +56,7 @@ class RawCollector:
 
 class Collector:
     """
-    Collects the numbers of one topic, of a type of KINDS.
+    Collects the numbers of one topic, of a type of COLUMN_TYPES.
 
     ``names`` are the columns in their order, by default those of the first message; ``report``
     takes a sentence about messages that could not be read; ``expected`` is the number of messages
@@ -69,7 +69,7 @@ class Collector:
                  expected: int = 0) -> None:
         self._topic = topic
         self._type = type_name
-        self._kind = KINDS[type_name]
+        self._kind = COLUMN_TYPES[type_name]
         self._definitions = definitions
         self._names: tuple[str, ...] | None = None
         self._table = Table(self._kind.fields, expected)

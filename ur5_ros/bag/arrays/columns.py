@@ -76,7 +76,7 @@ def _pose(message: dict[str, Any]) -> dict[str, np.ndarray]:
 POSE_NAMES = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
 
 #: The types that become columns.
-KINDS = {
+COLUMN_TYPES = {
     'sensor_msgs/msg/JointState': MessageKind(
         ('position', 'velocity', 'effort'), lambda message: message['name'],
         lambda message: message,

@@ -11,7 +11,7 @@ import numpy as np
 from ur5_ros.bag.mcap.records import FRAME, MAGIC, MAX_RECORD, Opcode
 
 #: Bytes that are read at once; a file that is no larger is read once only.
-WINDOW = 16 << 20
+READ_SIZE = 16 << 20
 
 Buffer = bytes | memoryview
 
@@ -41,12 +41,12 @@ def scan(path: Path, size: int, report: Callable[[str], None],
     """
     try:
         with open(path, 'rb') as file:
-            window = start or read_block(file, WINDOW)
+            window = start or read_block(file, READ_SIZE)
             file.seek(len(window))
             at = begin = len(MAGIC)
             while at < size:
                 if len(window) - begin < FRAME.size:
-                    window, begin = read_block(file, WINDOW, window[begin:]), 0
+                    window, begin = read_block(file, READ_SIZE, window[begin:]), 0
                 left = size - at - FRAME.size
                 opcode, length = FRAME.unpack_from(window, begin) if left >= 0 else (0, 1)
                 if length > left or (opcode == Opcode.DATA_END and length != 4):
@@ -59,7 +59,7 @@ def scan(path: Path, size: int, report: Callable[[str], None],
                     return
                 end = begin + FRAME.size + length
                 if end > len(window):
-                    window = read_block(file, max(WINDOW, end - len(window)), window[begin:])
+                    window = read_block(file, max(READ_SIZE, end - len(window)), window[begin:])
                     begin, end = 0, end - begin
                 yield opcode, memoryview(window[begin:end])
                 at += end - begin
@@ -95,12 +95,12 @@ def data_crc(path: Path, end: int) -> tuple[int, int, Buffer] | None:
 
     """
     with open(path, 'rb') as file:
-        data = start = read_block(file, WINDOW)
+        data = start = read_block(file, READ_SIZE)
         crc, left = 0, end - len(_DATA_END) - 4
         while left > 0 and data:
             crc = zlib.crc32(memoryview(data)[:left], crc)
             left -= len(data)
-            data = read_block(file, min(WINDOW, max(left, 0)))
+            data = read_block(file, min(READ_SIZE, max(left, 0)))
         file.seek(end - len(_DATA_END) - 4)
         record = file.read(len(_DATA_END) + 4)
     if left > 0 or not record.startswith(_DATA_END) or len(record) < len(_DATA_END) + 4:

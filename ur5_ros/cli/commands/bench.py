@@ -13,7 +13,7 @@ from ur5_ros.bench.jobs import run_jobs
 from ur5_ros.bench.perturbations import PERTURBATIONS, QUICK
 from ur5_ros.bench.probe import probed_entry
 from ur5_ros.bench.report import write_report
-from ur5_ros.bench.runs import LARGEST, jobs_of
+from ur5_ros.bench.runs import LARGEST_TRIED, jobs_of
 from ur5_ros.bench.table import border_text, markdown, summary
 from ur5_ros.bench.tuning import CANDIDATES, CONDITIONS, tune, write_bench
 from ur5_ros.cli import terminal
@@ -67,7 +67,7 @@ def _tune(file: Path, workers: int | None, screen: terminal.Console) -> int:
 
 def _show(table: polars.DataFrame, screen: terminal.Console) -> None:
     heads = ['law', 'survived', 'rms [mrad]', 'worst [mrad]', 'rough [N m/s]']
-    borders = [what for what in LARGEST if what in table.columns]
+    borders = [what for what in LARGEST_TRIED if what in table.columns]
     heads += [f'{what} [{"kg" if what == "payload" else "ms"}]' for what in borders]
     shown = Table(*map(escape, heads), box=None, pad_edge=False)
     for row in table.to_dicts():

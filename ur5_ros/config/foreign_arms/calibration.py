@@ -17,7 +17,7 @@ from ur5_ros.model.parameters import ArmParameters
 LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 
 #: Farthest that the tool of a calibrated arm is from that of its DH table [m].
-FARTHEST = 0.05
+LARGEST_TOOL_OFFSET = 0.05
 
 Metres = Annotated[float, Meta(ge=-1e4, le=1e4)]
 
@@ -64,11 +64,11 @@ def calibrated_arm_text(calibration: Path, arm: str | None = None) -> tuple[str,
     names = [arm] if arm is not None else list_arms()
     away = {name: _distance(chain, load_arm(name)) for name in names}
     best = min(away, key=lambda name: (away[name], name))
-    if away[best] > FARTHEST:
+    if away[best] > LARGEST_TOOL_OFFSET:
         way_out = 'give the arm that was calibrated: --arm NAME' if arm else (
             'no known arm is nearer')
         raise InputError(f'{calibration}: the tool is up to {away[best]:.3g} m from that of arm '
-                         f'{best}; at most {FARTHEST} m are a calibration: {way_out}')
+                         f'{best}; at most {LARGEST_TOOL_OFFSET} m are a calibration: {way_out}')
     text = arm_text(best)
     if any(line.startswith('calibration:') for line in text.splitlines()):
         raise InputError(f'arm {best} is calibrated already; give the arm that it is made of')

@@ -15,9 +15,9 @@ from ur5_ros.model.kinematics import forward_kinematics, jacobian
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
 
-#: Singular value of J below which its inverse is limited (m and rad taken alike); the limit is
-#: the largest factor by which the inverse multiplies a tool velocity: 1 / (2 SMALLEST).
-SMALLEST = 0.05
+#: Singular value of J below which its inverse is limited (m and rad taken alike); the
+#: inverse then multiplies a tool velocity by 1 / (2 SMALLEST_SINGULAR_VALUE) at most.
+SMALLEST_SINGULAR_VALUE = 0.05
 
 
 class Impedance(NamedTuple):
@@ -73,7 +73,7 @@ def _torque(state: ArmState, reference: Reference, arm: ArmParameters, constants
     """Return the torque by the kernel, with the limited inverse of J near a singularity."""
     inverse, _, torque = out
     switches = np.array([impedance.frame == 'tool', impedance.inertia is not None,
-                         1.0 / SMALLEST], dtype=float)
+                         1.0 / SMALLEST_SINGULAR_VALUE], dtype=float)
     arrays = (state.q, state.qd, *reference, constants, impedance.stiffness, impedance.damping,
               softness, impedance.wrench, switches, *out)
     if kernel.impedance_torque.run(1, [], arrays, []):
@@ -86,7 +86,7 @@ def _torque(state: ArmState, reference: Reference, arm: ArmParameters, constants
 def limited_inverse(J: np.ndarray) -> np.ndarray:
     """Return J^-1 (..., 6, 6); near a singularity s/(s^2 + d^2) replaces 1/s (damped)."""
     U, s, Vt = np.linalg.svd(J)
-    damping = np.where(s < SMALLEST, SMALLEST**2 - s**2, 0.0)
+    damping = np.where(s < SMALLEST_SINGULAR_VALUE, SMALLEST_SINGULAR_VALUE**2 - s**2, 0.0)
     return np.swapaxes(Vt, -1, -2) @ ((s / (s**2 + damping))[..., None]
                                       * np.swapaxes(U, -1, -2))
 
@@ -94,7 +94,7 @@ def limited_inverse(J: np.ndarray) -> np.ndarray:
 def inverse_is_limited(q: np.ndarray, arm: ArmParameters) -> bool:
     """Return whether :func:`limited_inverse` differs from J^-1 at ``q``, manufacturer's angles."""
     values = np.linalg.svd(jacobian(q + arm.angle_offset, arm), compute_uv=False)
-    return bool(values[-1] < SMALLEST)
+    return bool(values[-1] < SMALLEST_SINGULAR_VALUE)
 
 
 class CartesianImpedance(Law):

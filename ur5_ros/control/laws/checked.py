@@ -8,7 +8,7 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference
 
 #: After a longer time without a state, or when time goes back, a law begins anew [s].
-LONGEST_PERIOD = 1.0
+LONGEST_GAP = 1.0
 
 
 class CheckedLaw:
@@ -56,7 +56,7 @@ class CheckedLaw:
         """Return the time since the state before [s]; where that is no period, begin anew."""
         before, self._stamp = self._stamp, stamp
         period = 0.0 if before is None else (stamp - before) * 1e-9
-        if not 0.0 <= period <= LONGEST_PERIOD:
+        if not 0.0 <= period <= LONGEST_GAP:
             self.law.reset()
             return 0.0
         return period

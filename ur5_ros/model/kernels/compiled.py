@@ -17,7 +17,7 @@ except ImportError:  # not public: it may go
     rtsys = None  # type: ignore[assignment]
 
 from ur5_ros.model.kernels.compile_notice import announce
-from ur5_ros.model.kernels.kept import compiled_sources
+from ur5_ros.model.kernels.kernel_cache import compiled_sources
 
 #: Argument types of kernels: inputs may be read-only (R) and outputs are written (W).
 R1 = types.Array(types.float64, 1, 'C', readonly=True)
@@ -27,7 +27,7 @@ W2 = types.Array(types.float64, 2, 'C')
 B1 = types.Array(types.boolean, 1, 'C')
 
 #: From this many states on the lock is released and the work is shared among threads.
-LARGE = 1024
+PARALLEL_STATES = 1024
 
 #: How all is compiled: fused multiply-add is allowed, and nothing is called from C.
 _OPTIONS: dict[str, Any] = {
@@ -80,7 +80,7 @@ class Kernel:
         ``inputs``, ``outputs``: C-contiguous arrays whose first axis is a multiple of ``count``
         long.  Returned: the largest code that the kernel returned; 0 where all went well.
         """
-        if count < LARGE:
+        if count < PARALLEL_STATES:
             self.prepare()
             return self.single(*inputs, *shared, *outputs)
         many, workers = self.prepare_many(), _processors()

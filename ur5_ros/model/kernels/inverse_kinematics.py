@@ -12,13 +12,13 @@ from ur5_ros.model.kernels.compiled import B1, R1, R2, W2, inlined, kernel
 from ur5_ros.model.kernels.trigonometry import arctangent, sine_cosine
 
 #: What a matrix may lack of a rigid transform.
-RIGID = 1e-6
+RIGID_TOLERANCE = 1e-6
 #: How far outside the reach a pose is still taken as rounded [m].
-ROUNDING = 5e-10
+REACH_TOLERANCE = 5e-10
 #: Below this |sin q5| joint 6 is free [1].
-STRAIGHT = 1e-10
+STRAIGHT_WRIST = 1e-10
 #: Elbow or shoulder branches nearer to each other than this are one [rad].
-MERGED = 1e-7
+MERGE_DISTANCE = 1e-7
 #: Below this sin q5 the reach also decides q6 [1].
 ALMOST_STRAIGHT = 1e-5
 #: So near to axis 1 the side may be chosen: the pose moves by its square [m].
@@ -48,7 +48,7 @@ def is_rigid(t, r):
                  abs(xy * yz - xz * yy - zx), abs(xz * yx - xx * yz - zy),
                  abs(xx * yy - xy * yx - zz), abs(xx * yx + xy * yy + xz * yz),
                  abs(t[r + 3, 0]), abs(t[r + 3, 1]), abs(t[r + 3, 2]), abs(t[r + 3, 3] - 1.0))
-    return defect <= RIGID and isfinite(t[r, 3] + t[r + 1, 3] + t[r + 2, 3])
+    return defect <= RIGID_TOLERANCE and isfinite(t[r, 3] + t[r + 1, 3] + t[r + 2, 3])
 
 
 @inlined
@@ -63,7 +63,7 @@ def elbows(q, at, slot, q1, q5, q6, c6, s6, c5, s5, plane, k):
     product = a2 * a3
     outer, inner = abs(a2) + abs(a3), abs(abs(a2) - abs(a3))
     far, near = outer * outer - r2, r2 - inner * inner
-    if far < -2.0 * outer * ROUNDING or near < -2.0 * inner * ROUNDING:
+    if far < -2.0 * outer * REACH_TOLERANCE or near < -2.0 * inner * REACH_TOLERANCE:
         return 0
     if product < 0.0:
         far, near = near, far
@@ -71,7 +71,7 @@ def elbows(q, at, slot, q1, q5, q6, c6, s6, c5, s5, plane, k):
     q3 = 2.0 * arctangent(u, v)
     scale = u * u + v * v
     c3, s3 = (v * v - u * u) / scale, 2.0 * u * v / scale
-    merged = min(q3, pi - q3) < 0.5 * MERGED
+    merged = min(q3, pi - q3) < 0.5 * MERGE_DISTANCE
     # elbow up: sin q3 has the sign of a2 a3 on the left, the opposite on the right
     up = 1.0 if (product > 0.0) == (slot < 4) else -1.0
     found = 0
@@ -121,7 +121,7 @@ def wrists(t, r, q6_free, k, q, at, shoulder, c1, s1, side):
              c1 * t[r, 2] + s1 * t[r + 1, 2], a3, side, t[r + 2, 3] - k[D6] * a3 - k[D1])
     q1 = arctangent(s1, c1)
     s5 = sqrt(yn * yn + yo * yo)
-    if s5 <= STRAIGHT:
+    if s5 <= STRAIGHT_WRIST:
         q6 = reachable(q6_free, plane, k)
         s6, c6 = sine_cosine(q6)
         c5, q5 = (1.0, 0.0) if ya < 0.0 else (-1.0, pi)
@@ -137,7 +137,7 @@ def wrists(t, r, q6_free, k, q, at, shoulder, c1, s1, side):
         own, c, s = q6 if flipped == 0 else wrapped(q6 + pi), sign * c6, sign * s6
         if s5 < ALMOST_STRAIGHT:  # joint 6 is known as badly as joint 5 is small
             better = reachable(own, plane, k)
-            if s5 * abs(wrapped(better - own)) < ROUNDING:
+            if s5 * abs(wrapped(better - own)) < REACH_TOLERANCE:
                 own = better
                 s, c = sine_cosine(own)
         found |= elbows(q, at, 4 * shoulder + flipped, q1, sign * q5, own, c, s, c5, sign * s5,
@@ -151,10 +151,10 @@ def branches(t, r, q6_free, k, q, at):
     px, py = t[r, 3] - k[D6] * t[r, 2], t[r + 1, 3] - k[D6] * t[r + 1, 2]
     d4 = k[D4]
     beyond = px * px + py * py - d4 * d4
-    if beyond < -2.0 * abs(d4) * ROUNDING:
+    if beyond < -2.0 * abs(d4) * REACH_TOLERANCE:
         return 0
     rho = sqrt(max(beyond, 0.0))
-    if rho < 0.5 * MERGED * abs(d4):
+    if rho < 0.5 * MERGE_DISTANCE * abs(d4):
         rho = 0.0
     found = 0
     for attempt in range(2):

@@ -21,7 +21,7 @@ from ur5_ros.model.kinematics import forward_kinematics, jacobian, jacobian_rate
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.nodes.control.cycle import ControlCycle, OtherRobotError
 from ur5_ros.nodes.control.inputs import ControlInputs
-from ur5_ros.nodes.control.services import offer_services
+from ur5_ros.nodes.control.services import create_services
 from ur5_ros.nodes.control.topics import ControlOutputs
 from ur5_ros.nodes.ros.background_executor import LoopRequests, poll_graph
 from ur5_ros.nodes.ros.diagnostics import (
@@ -92,7 +92,7 @@ class ControlNode:
         self._reported_rate = 0.0
         self._every_second = EverySecond()
         self._waiting_line = Throttle(WAITING_PERIOD)
-        self.trajectories = offer_services(self.node, self)
+        self.trajectories = create_services(self.node, self)
         poll_graph(self.node, self._poll_graph)
         self._loop.start()
 

@@ -6,12 +6,12 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ur5_ros.config import CONTROL_PARAMETERS
-from ur5_ros.nodes.control.trajectory_action import TrajectoryAction, offer_trajectory_action
+from ur5_ros.nodes.control.trajectory_action import TrajectoryAction, create_trajectory_action
 from ur5_ros.nodes.ros.background_executor import add_service
 from ur5_ros.nodes.ros.parameters import serve
 
 
-def offer_services(node: Node, control: Any) -> TrajectoryAction | None:
+def create_services(node: Node, control: Any) -> TrajectoryAction | None:
     """Offer ``~/start_experiment``, ``~/hold``, the parameters and, if it can be, the action."""
     def start(request: Any) -> str:
         # the controller may be another one by the time that the loop gets to it
@@ -26,4 +26,4 @@ def offer_services(node: Node, control: Any) -> TrajectoryAction | None:
     add_service(node, Trigger, '~/hold', hold)
     serve(node, CONTROL_PARAMETERS,
           lambda changes: control.requests.call(lambda: control.change(changes)), control.prepare)
-    return offer_trajectory_action(node, control)
+    return create_trajectory_action(node, control)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 #: So many answers in a row have to be late: one may be, on a busy machine.
-IN_A_ROW = 20
+LATE_ANSWERS = 20
 
 
 class SlowLaw:
@@ -16,7 +16,7 @@ class SlowLaw:
     def answered(self, seconds: float, control_rate: int) -> None:
         """Take the wall-clock time of an answer [s]."""
         self._late = self._late + 1 if seconds > 1.0 / control_rate else 0
-        if self._late < IN_A_ROW or self._reported:
+        if self._late < LATE_ANSWERS or self._reported:
             return
         self._reported = True
         self._warn(f'{self._file}: too late: an answer takes {1e3 * seconds:.3g} ms, a control '

@@ -22,7 +22,7 @@ from ur5_ros.signals import JOINT_NAMES
 MONITOR_RATE = 20.0
 
 
-def offer_trajectory_action(node: Node, control: Any) -> 'TrajectoryAction | None':
+def create_trajectory_action(node: Node, control: Any) -> 'TrajectoryAction | None':
     """
     Offer ``~/follow_joint_trajectory`` if control_msgs can be imported; log a line if not.
 

@@ -32,7 +32,7 @@ from ur5_ros.wording import agree, number_of
 DONE, FAULT, LOSS = 0, 1, 3
 
 #: Longest wait of the loop for the interpreter while another thread computes [s].
-HANDOVER = 0.0002
+SWITCH_INTERVAL = 0.0002
 
 
 def pin_to_core(core: str) -> None:
@@ -122,7 +122,7 @@ def freeze_garbage() -> None:
     """Keep collector and bag writer from holding up the loop, which makes no cycles."""
     gc.freeze()
     gc.disable()
-    sys.setswitchinterval(HANDOVER)
+    sys.setswitchinterval(SWITCH_INTERVAL)
 
 
 def release_compiler() -> None:

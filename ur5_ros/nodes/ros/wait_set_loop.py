@@ -25,7 +25,7 @@ HOT_POLL_PERIOD = 0.01
 #: time, half as long after looks that gained [s].
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.001, 1.0
 #: Looks between two judgements of them, and share of its core that the loop should have had.
-LOOKS, SHARE = 16, 0.5
+LOOKS_PER_JUDGEMENT, SMALLEST_CORE_SHARE = 16, 0.5
 #: Longest look that may be asked for [us].
 MOST_SPIN = 10_000
 
@@ -188,14 +188,14 @@ class WaitSetLoop:
                 break
             os.sched_yield()
         self._looks += 1
-        if now > end or self._looks >= LOOKS:
+        if now > end or self._looks >= LOOKS_PER_JUDGEMENT:
             self._judge_looks(now, vain=now > end)
         return messages
 
     def _judge_looks(self, now: float, vain: bool) -> None:
         """Look on, or pause."""
         self._looks = 0
-        if vain or time.thread_time() - self._used < SHARE * (now - self._since):
+        if vain or time.thread_time() - self._used < SMALLEST_CORE_SHARE * (now - self._since):
             self._pause = min(2.0 * self._pause, LONGEST_PAUSE)
             self._spin_from = now + self._pause
         else:

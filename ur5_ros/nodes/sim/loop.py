@@ -13,7 +13,7 @@ POLL_PERIOD = 0.05
 PAUSED = Decision()
 #: In lockstep a state whose stamped answer stays away is sent again after this wall time [s]: our
 #: subscriptions are best effort, and a lost message must not cost a timeout.
-RESEND = 0.1
+RESEND_PERIOD = 0.1
 
 
 class SimLoop:
@@ -70,7 +70,7 @@ class SimLoop:
         now = time.monotonic()
         sent = max(self._gate.since, self._reminded)
         if not (self._lockstep and self._simulation.may_step and self._inputs.last_was_stamped
-                and now - sent >= RESEND):
+                and now - sent >= RESEND_PERIOD):
             return False
         self._reminded = now
         return True

@@ -27,11 +27,11 @@ from ur5_ros.nodes.ros.topics import Topics, make_loop
 from ur5_ros.nodes.sim.diagnostics import check_publishers, counters, report
 from ur5_ros.nodes.sim.inputs import SimInputs
 from ur5_ros.nodes.sim.loop import SimLoop
-from ur5_ros.nodes.sim.services import StepQueue, offer_services
+from ur5_ros.nodes.sim.services import StepQueue, create_services
 from ur5_ros.nodes.sim.simulation import Simulation, tool_rotation
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.signals import JOINT_NAMES
-from ur5_ros.sim.integrator import kernels_seem_kept, prepare_kernels
+from ur5_ros.sim.integrator import kernels_seem_cached, prepare_kernels
 from ur5_ros.sim.lockstep_gate import command_gate
 from ur5_ros.sim.plant import Plant, plant_from_parameters
 from ur5_ros.sim.urdf import urdf_text
@@ -58,7 +58,7 @@ class SimNode:
         with compiling(self.logger):
             plant = plant_from_parameters(parameters)
             # wall time goes on while anything is loaded later; in lockstep it may be, not compiled
-            if not (parameters.lockstep and kernels_seem_kept()):
+            if not (parameters.lockstep and kernels_seem_cached()):
                 prepare_kernels()
                 tool_rotation(plant)
         parameters = self.parameters = update(self.node, parameters, plant.parameters)
@@ -81,7 +81,7 @@ class SimNode:
         self.outputs.introduce(self.run_name, urdf_text(
             plant.arm, parameters.tf_prefix, world=plant.world))
         self._turns = SimLoop(self.simulation, self.inputs, self.gate, parameters)
-        offer_services(self.node, self)
+        create_services(self.node, self)
         self._every_second = EverySecond()
         self.publishers_conflict = False
         """Whether two nodes ever commanded the arm at once."""

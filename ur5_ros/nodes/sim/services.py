@@ -14,7 +14,7 @@ from ur5_ros.nodes.ros.background_executor import REQUEST_TIMEOUT, REQUESTS, add
 from ur5_ros.nodes.ros.parameters import serve
 from ur5_ros.nodes.ros.wait_set_loop import ReservedGroup
 from ur5_ros.nodes.sim.simulation import Simulation
-from ur5_ros.nodes.sim.simulation_interfaces import offer_standard_services
+from ur5_ros.nodes.sim.simulation_interfaces import create_standard_services
 from ur5_ros.sim.integrator import prepare_kernels
 
 #: Single steps that may wait for their turn.
@@ -44,12 +44,12 @@ class StepQueue:
         def fill(response: Trigger.Response, success: bool, message: str) -> None:
             response.success, response.message = success, message
 
-        self.offer(Trigger, '~/step', lambda request: 1, fill)
+        self.add_service(Trigger, '~/step', lambda request: 1, fill)
 
     def __bool__(self) -> bool:
         return bool(self._waiting)
 
-    def offer(
+    def add_service(
         self, service_type: type, name: str, steps_of: Callable[[Any], int],
         fill: Callable[[Any, bool, str], None],
     ) -> None:
@@ -117,7 +117,7 @@ def _respond(step: StepRequest, success: bool, message: str) -> None:
     step.service.send_response(response, step.header)
 
 
-def offer_friction_model(node: Node) -> None:
+def create_friction_service(node: Node) -> None:
     """Offer the service of UR's friction_model_controller, where ``ur_msgs`` is installed."""
     try:
         from ur_msgs.srv import SetFrictionModelParameters
@@ -148,7 +148,7 @@ def set_compensation(node: Node, scales: Any) -> bool:
     return bool(result.successful)
 
 
-def offer_services(node: Node, sim: Any) -> None:
+def create_services(node: Node, sim: Any) -> None:
     """
     Offer ``~/pause``, ``~/reset``, ``~/zero_force_torque_sensor`` and the parameters.
 
@@ -161,9 +161,9 @@ def offer_services(node: Node, sim: Any) -> None:
                 lambda request: call(sim.simulation.zero_force_torque_sensor))
     add_service(node, Trigger, '~/resume_torque_mode',
                 lambda request: call(sim.resume_torque_mode))
-    offer_friction_model(node)
+    create_friction_service(node)
 
-    offer_standard_services(node, sim)
+    create_standard_services(node, sim)
     serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)), _prepare)
 
 

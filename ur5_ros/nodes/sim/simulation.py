@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 #: Simulated time in which the arm is brought to rest when the node is asked to end [s].
 BRAKING_TIME = 0.2
 #: Joint speed that counts as rest [rad/s].
-REST = 1e-3
+REST_SPEED = 1e-3
 
 #: Kinds of event that are warnings in the log.
 _WARNINGS = ('limit', 'protective_stop', 'publishers', 'refused')
@@ -101,7 +101,7 @@ class Simulation:
     def rest(self) -> None:
         """Bring the arm to rest under the fallback."""
         for _ in range(max(1, round(BRAKING_TIME / self.period))):
-            if np.abs(self.plant.truth.qd).max() <= REST:
+            if np.abs(self.plant.truth.qd).max() <= REST_SPEED:
                 break
             self.advance(None)
 

@@ -27,7 +27,7 @@ FEATURES = ('SIMULATION_RESET', 'SIMULATION_RESET_STATE', 'SIMULATION_STATE_GETT
             'STEP_SIMULATION_MULTIPLE')
 
 
-def offer_standard_services(node: Node, sim: Any) -> None:
+def create_standard_services(node: Node, sim: Any) -> None:
     """
     Offer GetSimulatorFeatures, Get/SetSimulationState, ResetSimulation and StepSimulation.
 
@@ -76,7 +76,7 @@ def offer_standard_services(node: Node, sim: Any) -> None:
     node.create_service(srv.GetSimulationState, '~/get_simulation_state', get_state)
     node.create_service(srv.SetSimulationState, '~/set_simulation_state', set_state)
     node.create_service(srv.ResetSimulation, '~/reset_simulation', reset)
-    sim.steps.offer(srv.StepSimulation, '~/step_simulation',
+    sim.steps.add_service(srv.StepSimulation, '~/step_simulation',
                     lambda request: int(request.steps), fill_step)
 
 

@@ -14,7 +14,7 @@ from ur5_ros.sim.world.contact_rows import FIRST_BODY, POINT
 #: Stiffness and so on of the arm and its tool: what is written for a body is that of the pair.
 _ARM = (1.0, 1.0, 0.0, 0.0)
 #: Links this much nearer on the chain do not touch each other.
-_APART = 3
+_SELF_CONTACT_LINKS = 3
 
 #: No contact at all.
 NO_POINTS = np.zeros((0, POINT))
@@ -112,7 +112,8 @@ class BulletScene:
     def _keep_neighbours_apart(self) -> None:
         for i in range(len(LINK_NAMES)):
             for j in range(i, len(LINK_NAMES)):
-                pybullet.setCollisionFilterPair(self._arm, self._arm, i, j, int(j - i >= _APART),
+                touch = int(j - i >= _SELF_CONTACT_LINKS)
+                pybullet.setCollisionFilterPair(self._arm, self._arm, i, j, touch,
                                                 physicsClientId=self._client)
 
 

@@ -18,15 +18,15 @@ from ur5_ros.sim.world.bullet_scene import NO_POINTS, BulletScene
 from ur5_ros.sim.world.contact_rows import FIRST_BODY, GAP
 from ur5_ros.sim.world.free_bodies import (
     BODY,
-    FARTHEST,
-    FASTEST,
+    ESCAPE_DISTANCE,
+    ESCAPE_SPEED,
     POSITION,
     QUATERNION,
     VELOCITY,
 )
 
 #: Overlap at the start that rounding and the resting depth explain [m].
-TOUCHING = 1e-4
+RESTING_OVERLAP = 1e-4
 
 _write = struct.Struct(f'{STATE}d').pack_into
 _NO_FORCE = np.zeros((0, 3))
@@ -91,7 +91,7 @@ class ContactWorld:
     def refuse_overlap(self) -> None:
         """Refuse bodies that overlap before anything has moved."""
         points, pairs = self.scene.points()
-        if len(points) and points[:, GAP].min() < -TOUCHING:
+        if len(points) and points[:, GAP].min() < -RESTING_OVERLAP:
             worst = int(points[:, GAP].argmin())
             one, other = pairs[worst]
             raise InputError(f'world {self.world.name}: {one} and {other} overlap by '
@@ -125,7 +125,7 @@ class ContactWorld:
                                           self._points, self._force, force)
         if code == kernel.FAILED:
             raise ArithmeticError('the friction of the joints was not found')
-        if code == kernel.FLOWN:
+        if code == kernel.ESCAPED:
             self._refuse_flight()
         self._points, self._force = points, force
         numbers = self._out.tolist()
@@ -151,8 +151,8 @@ class ContactWorld:
 
     def _refuse_flight(self) -> None:
         """Put a body that flew away back to rest; raise ArithmeticError with its name."""
-        far = ~(np.abs(self.bodies[:, POSITION:POSITION + 3]).max(axis=1) < FARTHEST)
-        fast = ~(np.abs(self.bodies[:, VELOCITY:VELOCITY + 6]).max(axis=1) < FASTEST)
+        far = ~(np.abs(self.bodies[:, POSITION:POSITION + 3]).max(axis=1) < ESCAPE_DISTANCE)
+        fast = ~(np.abs(self.bodies[:, VELOCITY:VELOCITY + 6]).max(axis=1) < ESCAPE_SPEED)
         for i in np.flatnonzero(far | fast):
             name = self.scene.names[FIRST_BODY + i]
             self.bodies[i] = self._start[i]

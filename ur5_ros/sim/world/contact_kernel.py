@@ -17,7 +17,7 @@ from ur5_ros.sim.integrator_kernel import (
     HELD,
     LOWER,
     STEP_TIME,
-    TOUCH,
+    STOP_TOLERANCE,
     UPPER,
     factor,
     prepare_step,
@@ -34,7 +34,7 @@ from ur5_ros.sim.world.contact_solver import solve_contacts, write_first_guess
 from ur5_ros.sim.world.free_bodies import VELOCITY, move_body, write_free_velocity, write_rotation
 
 #: What :func:`contact_step` comes to besides HELD and FAILED.
-FLOWN = 3
+ESCAPED = 3
 
 #: Times that the joints are solved again, at most.
 _PASSES = 8
@@ -43,7 +43,7 @@ _PASSES = 8
 OUT, OUTPUT = 66, 25
 _WORK, _JOINTS = OUT + OUTPUT, 180
 #: Where the constants have the joints' part, behind the packed arm and its angle offsets.
-OF_JOINTS = SIZE + 6
+JOINT_CONSTANTS = SIZE + 6
 
 
 def space(bodies: int, contacts: int) -> int:
@@ -101,7 +101,8 @@ def write_joints(q, qd, delta, constants, J, F, out):
         out[6 + j] = qd[j] + delta[j]
         out[j] = q[j] + h * out[6 + j]
         out[18 + j] = 0.0
-        if out[j] >= constants[UPPER + j] - TOUCH or out[j] <= constants[LOWER + j] + TOUCH:
+        if (out[j] >= constants[UPPER + j] - STOP_TOLERANCE
+                or out[j] <= constants[LOWER + j] + STOP_TOLERANCE):
             out[18 + j], code = 1.0, HELD
         out[12 + j] = 0.0
         for r in range(F.shape[0]):
@@ -126,14 +127,14 @@ def write_forces(directions, F, force):
 @kernel(W1, R1, W2, R2, R2, R2, W2, hot=True)
 def contact_step(room, k, bodies, points, last_points, last_force, force):
     """
-    Take one step of arm and bodies; return 0, HELD, FAILED or FLOWN.
+    Take one step of arm and bodies; return 0, HELD, FAILED or ESCAPED.
 
     ``room`` begins with the state as of ``engine_torque`` and gets the output; ``k`` is the packed
     arm in the gravity in force, its angle offsets, and the constants of ``engine_torque``;
     ``force`` becomes the force on A of every contact in ``base``.
     """
     state, out, work = room[:OUT], room[OUT:_WORK], room[_WORK:]
-    constants = k[OF_JOINTS:]
+    constants = k[JOINT_CONSTANTS:]
     q, qd, gravity, h = state[42:48], state[48:54], k[GRAVITY:GRAVITY + 3], constants[STEP_TIME]
     M, drive = work[:36].reshape((6, 6)), work[36:42]
     lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
@@ -179,6 +180,6 @@ def contact_step(room, k, bodies, points, last_points, last_force, force):
     write_bodies(bodies, rotations, gravity, h, X, F, u)
     for i in range(number):
         if not move_body(bodies[i], u[6 + 6 * i:12 + 6 * i], h):
-            code = FLOWN
+            code = ESCAPED
     out[24] = write_forces(directions, F, force)
     return code

@@ -10,7 +10,7 @@ MASS, MOMENTS, POSITION, QUATERNION, VELOCITY, SPIN = 0, 1, 4, 7, 11, 14
 BODY = 17
 
 #: A free body further away or faster than this has flown away [m], [m/s], [rad/s].
-FARTHEST, FASTEST = 100.0, 1000.0
+ESCAPE_DISTANCE, ESCAPE_SPEED = 100.0, 1000.0
 
 
 @inlined
@@ -65,6 +65,7 @@ def move_body(body, u, h):
     body[QUATERNION + 2], body[QUATERNION + 3] = z / size, w / size
     there = True
     for a in range(3):  # a comparison with NaN is false
-        there &= (fabs(body[POSITION + a]) < FARTHEST and fabs(body[VELOCITY + a]) < FASTEST
-                  and fabs(body[SPIN + a]) < FASTEST)
+        there &= (fabs(body[POSITION + a]) < ESCAPE_DISTANCE
+                  and fabs(body[VELOCITY + a]) < ESCAPE_SPEED
+                  and fabs(body[SPIN + a]) < ESCAPE_SPEED)
     return there

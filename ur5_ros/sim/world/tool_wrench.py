@@ -10,7 +10,7 @@ from ur5_ros.sim.world.contact import Contacts
 from ur5_ros.sim.world.contact_rows import PLACE, A, B
 
 #: Index of the link that carries the tool.
-TOOL = 5
+TOOL_LINK = 5
 
 
 def tool_wrench(steps: Sequence[Contacts], wrench: np.ndarray, q: np.ndarray,
@@ -24,8 +24,8 @@ def tool_wrench(steps: Sequence[Contacts], wrench: np.ndarray, q: np.ndarray,
     """
     total = np.zeros(6)
     for each in steps:
-        sign = (each.points[:, A] == TOOL).astype(float)
-        sign -= each.points[:, B] == TOOL
+        sign = (each.points[:, A] == TOOL_LINK).astype(float)
+        sign -= each.points[:, B] == TOOL_LINK
         if sign.any():
             pose = forward_kinematics(np.array(each.q) + arm.angle_offset, arm)
             force = sign[:, None] * each.force

@@ -9,13 +9,13 @@ if TYPE_CHECKING:
     from ur5_ros.sim.world.contact import Contacts
 
 #: Time without force after which a contact has ended [s]: a bounce or a rattle is one contact.
-QUIET = 0.02
+SEPARATION_TIME = 0.02
 
 #: Columns of a contact point with its place.
 _PLACE = slice(2, 5)
 
 
-class ContactWatch:
+class ContactMonitor:
     """
     Pairs of bodies with a force between them.
 
@@ -24,7 +24,7 @@ class ContactWatch:
     """
 
     def __init__(self, control_rate: int):
-        self._quiet_periods = max(1, round(QUIET * control_rate))
+        self._quiet_periods = max(1, round(SEPARATION_TIME * control_rate))
         self._quiet: dict[tuple[str, str], int] = {}
         self._steady: list[tuple[str, str]] | None = []
         """Pairs of the last steady step, all with a force: nothing begins, nothing ends."""

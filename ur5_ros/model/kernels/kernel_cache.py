@@ -10,7 +10,7 @@ _HERE = Path(__file__).parent
 _SOURCES = (_HERE, _HERE.parents[1] / 'sim')
 
 
-def seem_kept(module: Path) -> bool:
+def seems_cached(module: Path) -> bool:
     """
     Return whether kernels of a module seem to be on disk, newer than every file they come from.
 
