@@ -181,8 +181,8 @@ class Bag:
         Returns
         -------
         dict
-            Topic -> :class:`Columns` for the types of ``columns.KINDS``, RawColumns for others;
-            in the order of the file.
+            Topic -> :class:`Columns` for the types of ``columns.COLUMN_TYPES``, RawColumns for
+            others; in the order of the file.
 
         Raises
         ------

@@ -15,14 +15,14 @@ from ur5_ros.bag.mcap.chunk import Message
 from ur5_ros.bag.mcap.reader import MessageSource
 from ur5_ros.bag.metadata import qos_profile
 from ur5_ros.bag.reader import Bag, open_bag
-from ur5_ros.bag.rosbag2_folder import BagFolder, make_topic
+from ur5_ros.bag.rosbag2_folder import BagFolder, TopicRecords, make_topic
 from ur5_ros.bag.run_folders import RECOVERED_SUFFIX, UNFINISHED, bags_of_run
 from ur5_ros.config.strict_yaml import parse_yaml
 from ur5_ros.errors import BagError, InputError
 from ur5_ros.wording import number_of
 
 
-class MendedBag(NamedTuple):
+class RecoveredBag(NamedTuple):
     """The recovery of one bag."""
 
     name: str
@@ -39,7 +39,7 @@ class Recovery(NamedTuple):
     source: Path
     out: Path | None
     """The repaired run or bag; None where nothing was wrong."""
-    bags: list[MendedBag]
+    bags: list[RecoveredBag]
 
     @property
     def intact(self) -> bool:
@@ -86,10 +86,11 @@ def recover(path: Path | str, out: Path | str | None = None) -> Recovery:
             bag.check()
             bags.append(bag)
         except BagError as problem:
-            unreadable.append(MendedBag(_name(folder), {}, [str(problem)]))
+            unreadable.append(RecoveredBag(_name(folder), {}, [str(problem)]))
     if not bags:
         raise BagError(unreadable[0].problems[0])
-    found = [MendedBag(_name(bag.path), bag.counts(), bag.problems) for bag in bags] + unreadable
+    found = [RecoveredBag(_name(bag.path), bag.counts(), bag.problems)
+             for bag in bags] + unreadable
     if all(not each.problems for each in found):
         return Recovery(path, None, found)
 
@@ -157,7 +158,8 @@ def _messages(source: MessageSource, copy: BagFolder,
                if channel in of_channel]
 
 
-def _topic(numbers: dict[tuple[str, str], int], key: tuple[str, str], info: TopicInfo):
+def _topic(numbers: dict[tuple[str, str], int], key: tuple[str, str], info: TopicInfo,
+           ) -> TopicRecords:
     """Return a topic as another file announced it."""
     types = list(dict.fromkeys(type_name for _, type_name in numbers))
     try:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ur5_ros.bag.mcap.reader import McapReader, MessageSource
+from ur5_ros.bag.mcap.record_scan import opened
 from ur5_ros.bag.mcap.records import CHECKSUM, MAGIC, checksum
 from ur5_ros.bag.metadata import METADATA_FILE, Information, read_metadata
 from ur5_ros.bag.rosbag2_folder import DESCRIPTION_RECORD, NOTE_RECORD
@@ -85,11 +86,8 @@ def _open_file(path: Path, report: Report) -> MessageSource:
     """Open a storage file by its first bytes; what is neither kind is tried as MCAP."""
     start = b''
     if path.is_file():
-        try:
-            with open(path, 'rb') as file:
-                start = file.read(len(SQLITE3_MAGIC))
-        except OSError as error:
-            raise BagError(f'{path}: cannot be read: {error.strerror}') from None
+        with opened(path) as file:
+            start = file.read(len(SQLITE3_MAGIC))
     if start.startswith(ROS1_MAGIC):
         raise BagError(f'{path}: a bag of ROS 1, not an MCAP file; convert it with: '
                        'rosbags-convert')

@@ -10,6 +10,7 @@ from urllib.parse import quote
 from ur5_ros.bag.mcap.channels import TopicInfo, ros2_type
 from ur5_ros.bag.mcap.message_index import Indexer, index_messages
 from ur5_ros.bag.mcap.reader import BATCH_SIZE, Batch
+from ur5_ros.bag.mcap.record_scan import opened
 from ur5_ros.bag.mcap.records import MAX_RECORD, MESSAGE, MESSAGE_EXTRA, Opcode
 from ur5_ros.errors import BagError
 
@@ -45,20 +46,16 @@ class Sqlite3Reader:
         self.metadata: list[tuple[str, dict[str, str]]] = []
         self.counts: dict[int, int] = {}
         self._report = report
-        if path.exists() and not path.is_file():
-            raise BagError(f'{path}: no file')  # a pipe would be waited for
-        try:
+        with opened(path) as file:
             self.size = path.stat().st_size
-            with open(path, 'rb') as file:
-                start = file.read(len(SQLITE3_MAGIC))
+            start = file.read(len(SQLITE3_MAGIC))
             if start != SQLITE3_MAGIC:
                 raise BagError(f'{path}: {_OTHER if start else _EMPTY}')
-            self._opened = self._with_unfinished()
-            self._topics = self._read_topics()
-        except OSError as error:
-            raise BagError(f'{path}: cannot be read: {error.strerror}') from None
-        except sqlite3.Error as error:
-            raise BagError(f'{path}: not a bag of rosbag2, or damaged: {error}') from None
+            try:
+                self._opened = self._with_unfinished()
+                self._topics = self._read_topics()
+            except sqlite3.Error as error:
+                raise BagError(f'{path}: not a bag of rosbag2, or damaged: {error}') from None
 
     def _with_unfinished(self) -> Path:
         """Return the file, or a copy that sqlite completes from what the writer left beside it."""

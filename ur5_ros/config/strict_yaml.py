@@ -88,8 +88,7 @@ class _Loader(_PlainLoader):
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
                 raise InputError(f'line {key_node.start_mark.line + 1}: key {key!r} is not a '
-                                 'text; '
-                                 'put it in quotes')
+                                 'text; put it in quotes')
             if key in seen:
                 raise InputError(f'line {key_node.start_mark.line + 1}: key {key!r} stands twice; '
                                  'remove one')

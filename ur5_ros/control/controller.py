@@ -159,7 +159,7 @@ class Controller:
     def _check(self, state: ArmState) -> tuple[ArmState, ControlOutput | None]:
         """Return the state to answer and the output before; None where a new motion starts."""
         last = self._output
-        status = self._validator.take(state, self._settings.max_state_jump)
+        status = self._validator.validate(state, self._settings.max_state_jump)
         stamp = state.stamp
         if status is StateStatus.FOLLOWS:
             self._watch_limits(state)
@@ -263,7 +263,7 @@ class Controller:
         """
         parameters = changed(self.parameters, changes)
         settings = settings_from(parameters, self.arm, self._rate)
-        self._torque.settle(parameters, settings, changes)
+        self._torque.set_parameters(parameters, settings, changes)
         self._settings, self.parameters = settings, parameters
 
     def lose_states(self) -> None:

@@ -114,8 +114,8 @@ def plan_path(
     jump = np.abs(first - start.q)
     if jump.max() > settings.max_joint_jump:
         raise InputError(f'joint {int(jump.argmax()) + 1} would have to turn by '
-                         f'{jump.max():.4f} rad '
-                         f'to the first pose; max_joint_jump is {settings.max_joint_jump:g}')
+                         f'{jump.max():.4f} rad to the first pose; max_joint_jump is '
+                         f'{settings.max_joint_jump:g}')
     approach = point_to_point(start, first, settings.motion_limits, settings.arm)
     return Plan(TrajectorySequence(approach, motion, settings.control_rate), branch)
 

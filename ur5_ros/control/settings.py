@@ -21,6 +21,7 @@ from ur5_ros.signals import JOINT_NAMES
 #: periods of 500, 250, 200, 125, 100 Hz lie on the same grid.
 DEFAULT_RATE = 1000
 
+
 class Settings(NamedTuple):
     """Everything that a control period or a plan needs besides the state."""
 
@@ -28,19 +29,26 @@ class Settings(NamedTuple):
     """What the law and its own parameters are."""
     arm: ArmParameters
     control_rate: int
+    """Control periods a second [Hz]."""
     mode: str
     gains: Gains
     gravity_excluded: bool
+    """Whether commands leave g(q) to the robot."""
     motion_limits: MotionLimits
     max_joint_jump: float
+    """How far a joint may turn to a target [rad]."""
     singularity_margin: float
+    """Least distance of a path to a singularity, 0 to 1."""
     tool_speed: float
+    """Speed along a path without stamps [m/s]."""
     torque_rate_limit: float
     """[N m/s]; infinite where there is none."""
     allow_nonzero_end_velocity: bool
     tolerances: Tolerances
     max_state_jump: float
+    """How far a joint may move between two states [rad]."""
     prefix: str
+    """``tf_prefix``."""
     guard_force: float
     """[N]; zero where nothing ends a path."""
 

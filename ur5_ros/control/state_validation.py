@@ -37,7 +37,7 @@ class StateValidator:
         self._suspect: ArmState | None = None
         self._run = 0
 
-    def take(self, state: ArmState, largest_jump: float) -> StateStatus:
+    def validate(self, state: ArmState, largest_jump: float) -> StateStatus:
         """
         Return the status of a state; remember the state if it is accepted.
 

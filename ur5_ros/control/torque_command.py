@@ -31,9 +31,9 @@ class TorqueCommand:
                  settings: Settings) -> None:
         self._arm = arm
         self._target_wrench = np.zeros(6)
-        self.settle(parameters, settings)
+        self.set_parameters(parameters, settings)
 
-    def settle(self, parameters: ControlParameters, settings: Settings,
+    def set_parameters(self, parameters: ControlParameters, settings: Settings,
                changed: Iterable[str] | None = None) -> None:
         """Let parameters act; the law keeps its memory where none of those changed is its own."""
         feedforward = friction_feedforward(parameters, self._arm)

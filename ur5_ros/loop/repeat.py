@@ -72,8 +72,7 @@ def resimulate(run: Run) -> Repetition:
     whole = np.diff(run.stamp) > 1.5e9 / run.control_rate
     if whole.any():
         raise InputError(f'{run.name}: a gap after {run.stamp[np.argmax(whole)] * 1e-9:.9g} s; '
-                         'only '
-                         'a recording without gaps can be repeated')
+                         'only a recording without gaps can be repeated')
     given = dict(side.parameters) | {'gui': False}
     commands, fed = run.command, 'fed with the commands'
     by_command = bool(side.parameters['lockstep'] and commands is not None

@@ -20,8 +20,7 @@ def limits_of_model(arm: ArmParameters, limits: Limits | None) -> tuple[np.ndarr
         value = np.asarray(getattr(limits, name), dtype=float)
         if value.shape != (6,) or np.isnan(value).any():
             raise InputError(f'limits.{name} is {value.tolist()}; give six numbers [rad], '
-                             'infinite '
-                             'where nothing limits')
+                             'infinite where nothing limits')
     if np.any(limits.lower > limits.upper):
         joint = int(np.argmax(limits.lower > limits.upper))
         raise InputError(f'limits of joint {joint + 1} are {limits.lower[joint]} to '

@@ -27,8 +27,8 @@ class ExternalWrench:
         """Let a wrench act from period ``k`` on, for a duration [s] above zero."""
         wrench = np.concatenate([np.asarray(force, dtype=float), np.asarray(torque, dtype=float)])
         if wrench.shape != (6,) or not np.isfinite(wrench).all():
-            raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N '
-                             'm]')
+            raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], '
+                             '[N m]')
         if frame not in ('base', 'base_link'):
             raise InputError(f'wrench in frame {frame!r}; give base or base_link')
         if frame == 'base_link':  # base is base_link turned by Rz(pi)

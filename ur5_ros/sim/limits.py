@@ -53,8 +53,7 @@ def check_initial_state(arm: ArmParameters, positions: list[float]) -> None:
                                   strict=True):
         if not low <= q <= high:
             raise InputError(f'initial_positions: {name} {q:g} rad is beyond a stop of '
-                             f'{arm.name}; '
-                             f'give {low:g} to {high:g}')
+                             f'{arm.name}; give {low:g} to {high:g}')
 
 
 def check_rates(control_rate: int, physics_rate: int) -> None:

@@ -23,9 +23,9 @@ class Motors:
         self._excludes_gravity = parameters.effort_convention == 'gravity_excluded'
         self._strongest = np.array(mechanics.arm.limits.effort)
         self._strength = self._strongest.tolist()
-        self.settle(parameters)
+        self.set_parameters(parameters)
 
-    def settle(self, parameters: SimParameters) -> None:
+    def set_parameters(self, parameters: SimParameters) -> None:
         """Let other parameters of the friction compensation act."""
         self._scales = (np.array(parameters.friction_compensation_viscous_scale),
                         np.array(parameters.friction_compensation_coulomb_scale))

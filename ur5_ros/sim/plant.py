@@ -99,7 +99,7 @@ class Plant:
         self._wrench = ExternalWrench(self._rate)
         self.k = 0
         self._count_period()
-        self._settle()
+        self._apply_parameters()
         self._start()
         if self.mechanics.world is not None:
             self.mechanics.world.refuse_overlap()
@@ -169,7 +169,7 @@ class Plant:
         value = self._plant_parameters.change(name, value)
         if name in ('payload.mass', 'payload.com', 'payload.inertia'):
             self._payload.change(self._plant_parameters.parameters, self.k)
-        self._settle()
+        self._apply_parameters()
         self._log('parameter', f'{name} is {value}', name=name, value=value)
 
     def apply_wrench(self, force: Sequence[float], torque: Sequence[float],
@@ -191,7 +191,7 @@ class Plant:
 
         """
         self._wrench.set(force, torque, frame, self.k, self.parameters.wrench_duration)
-        self._settle()
+        self._apply_parameters()
         wrench = self._wrench.value.tolist()
         self._log('wrench', f'wrench at the tool {wrench}', force=wrench[:3], torque=wrench[3:],
                   frame='base')
@@ -270,13 +270,13 @@ class Plant:
         self.truth = ArmState(self.stamp, *self.mechanics.state(), np.zeros(6))
         self.state = self._sensor.measure(self.k, self.truth)
 
-    def _settle(self) -> None:
+    def _apply_parameters(self) -> None:
         """Let the present parameters act: what they decide is decided here, not in a step."""
         given = self.parameters = self._plant_parameters.parameters
         self.mechanics.set_payload(self._payload.load, given.gravity)
         self.mechanics.set_effects(self._plant_parameters.effects(self._wrench.value))
-        self._sensor.settle(given)
-        self._motors.settle(given)
+        self._sensor.set_parameters(given)
+        self._motors.set_parameters(given)
         self.exact_sensing = self._sensor.exact
         self._look_ahead()
 
@@ -290,7 +290,7 @@ class Plant:
         if self.k == self._wrench.end:
             self.apply_wrench((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         if self._payload.take_stage(self.k):
-            self._settle()
+            self._apply_parameters()
             self._log('payload', f'payload of {self._payload.load.mass:g} kg',
                       **self._payload.load._asdict())
         if self.parameters.delay_command_periods > 0 or self._delay.busy:

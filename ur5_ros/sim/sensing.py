@@ -39,9 +39,9 @@ class Sensor:
     def __init__(self, parameters: SimParameters):
         self._noise = Noise()
         self._past: deque[tuple[int, ArmState]] = deque(maxlen=_KEPT_STATES)
-        self.settle(parameters)
+        self.set_parameters(parameters)
 
-    def settle(self, parameters: SimParameters) -> None:
+    def set_parameters(self, parameters: SimParameters) -> None:
         """Let other parameters act."""
         self._delay, self._seed = parameters.delay_state_periods, parameters.seed
         self._position, self._velocity = parameters.noise_position, parameters.noise_velocity

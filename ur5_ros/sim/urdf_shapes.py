@@ -38,8 +38,6 @@ def arm_shapes(arm: ArmParameters) -> dict[str, list[Shape]]:
 
     Sizes are assumed: those of a UR5 scaled by the reach, with the side offset of the upper arm
     and the forearm taken from their centres of mass (the DH table does not hold it).
-
-    Returned: for drawing only; no engine feels them.
     """
     upper, fore = float(abs(arm.a[1])), float(abs(arm.a[2]))
     d1, d4, d5, d6 = (float(arm.d[i]) for i in (0, 3, 4, 5))

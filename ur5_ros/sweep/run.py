@@ -62,8 +62,7 @@ def config_of(spec: SweepSpec, run: RunSpec) -> RunConfig:
             rest[key] = _value(key, value, run)
         else:
             raise InputError(f'unknown key {key!r}; give sim.<parameter>, control.<parameter> '
-                             'or one '
-                             f'of: {", ".join(SPEC_KEYS)}')
+                             f'or one of: {", ".join(SPEC_KEYS)}')
     try:
         config = run_config(**rest, sim=sides['sim'], control=sides['control'])
         rate = config.sim.control_rate

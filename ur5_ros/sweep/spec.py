@@ -164,8 +164,7 @@ def _check(spec: SweepSpec, source: str) -> None:
         both = (case.keys() & spec.vary.keys()) | (case.keys() & spec.fixed.keys())
         if both:
             raise InputError(f'{source}: {min(both)} of cases.{number} stands in fixed or vary '
-                             'too; '
-                             'remove one')
+                             'too; remove one')
         if case.keys() != spec.cases[0].keys():
             raise InputError(f'{source}: cases.{number} has the keys {", ".join(sorted(case))}; '
                              f'give every case {", ".join(sorted(spec.cases[0]))}')

@@ -12,7 +12,7 @@ Report = Callable[[str], None]
 
 
 def check_data(path: Path, summary: Summary | None,
-                  report: Report) -> tuple[bool | None, Buffer]:
+               report: Report) -> tuple[bool | None, Buffer]:
     """
     Return whether all data have their CRC, None where none was kept, and the first bytes read.
 

@@ -11,6 +11,7 @@ from ur5_ros.bag.mcap.channels import FileDefinitions, TopicInfo
 from ur5_ros.bag.mcap.chunk import open_chunk
 from ur5_ros.bag.mcap.data_section import check_data, data_records
 from ur5_ros.bag.mcap.message_index import Indexer, MessageIndex, index_messages
+from ur5_ros.bag.mcap.record_scan import opened
 from ur5_ros.bag.mcap.records import FRAME, MAGIC, MAX_RECORD, Opcode, parse_record
 from ur5_ros.bag.mcap.summary import Summary, read_summary
 from ur5_ros.errors import BagError
@@ -19,10 +20,11 @@ from ur5_ros.wording import number_of
 #: Chunks are indexed together up to this size [bytes].
 BATCH_SIZE = 1 << 20
 
-#: Largest ratio of decompressed to stored size of a whole file, beyond the first ALLOWANCE bytes.
+#: Largest ratio of decompressed to stored size of a whole file, beyond the first bytes
+#: (ALWAYS_ALLOWED).
 #: LZ4 cannot exceed 255; states of an arm at rest come to 40 with Zstandard.
 MAX_RATIO = 1000
-ALLOWANCE = 4 << 20
+ALWAYS_ALLOWED = 4 << 20
 
 
 class Batch(NamedTuple):
@@ -70,16 +72,11 @@ class McapReader:
         """Messages of each channel, as counted by the last whole pass."""
         self.summary: Summary | None = None
         self._definitions = FileDefinitions(path, report)
-        if path.exists() and not path.is_file():
-            raise BagError(f'{path}: no file')  # a pipe would be waited for
-        try:
+        with opened(path) as file:
             self.size = path.stat().st_size
-            with open(path, 'rb') as file:
-                start = file.read(len(MAGIC))
-                if start == MAGIC:
-                    self._survey(file)
-        except OSError as error:
-            raise BagError(f'{path}: cannot be read: {error.strerror}') from None
+            start = file.read(len(MAGIC))
+            if start == MAGIC:
+                self._survey(file)
         if start != MAGIC:
             if not MAGIC.startswith(start):
                 raise BagError(f'{path}: not an MCAP file; give the bag that was recorded')
@@ -170,7 +167,7 @@ class McapReader:
         loose = bytearray()
         chunked = stray = False
         sound, start = check_data(self.path, self.summary, self.report)
-        allowed = ALLOWANCE + MAX_RATIO * self.size
+        allowed = ALWAYS_ALLOWED + MAX_RATIO * self.size
         for opcode, record in data_records(
                 self.path, self.size, self.summary, sound is False, self.report, start):
             if opcode == Opcode.MESSAGE and chunked:

@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
 from struct import error as StructError
@@ -9,6 +10,7 @@ from struct import error as StructError
 import numpy as np
 
 from ur5_ros.bag.mcap.records import FRAME, MAGIC, MAX_RECORD, Opcode
+from ur5_ros.errors import BagError
 
 #: Bytes that are read at once; a file that is no larger is read once only.
 READ_SIZE = 16 << 20
@@ -16,6 +18,18 @@ READ_SIZE = 16 << 20
 Buffer = bytes | memoryview
 
 _DATA_END = FRAME.pack(Opcode.DATA_END, 4)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BufferedReader]:
+    """Open a bag's file to read it; BagError where that fails, then or within."""
+    if path.exists() and not path.is_file():
+        raise BagError(f'{path}: no file')  # a pipe would be waited for
+    try:
+        with open(path, 'rb') as file:
+            yield file
+    except OSError as error:
+        raise BagError(f'{path}: cannot be read: {error.strerror}') from None
 
 
 def read_block(file: BufferedReader, size: int, before: Buffer = b'') -> memoryview:

@@ -92,7 +92,7 @@ class McapWriter:
         """Write one chunk of messages of announced channels."""
         chunk = pack_chunk(self._new, messages)
         for channel in chunk.counts:
-            self._channels[channel]
+            self._channels[channel]  # KeyError before anything of an unknown one is written
         at = self.size
         index_at, offsets = at + len(chunk.record), {}
         for channel, index in chunk.indexes.items():
@@ -151,5 +151,3 @@ class McapWriter:
             os.ftruncate(self._file, self.size)
         finally:
             os.close(self._file)
-
-

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.nodes.control.cycle import ControlCycle
@@ -16,10 +15,7 @@ from ur5_ros.nodes.ros.topics import Topics
 class ControlInputs:
     """The subscriptions for targets."""
 
-    def __init__(
-        self, topics: Topics, recording: Recording, cycle: ControlCycle,
-        parameters: ControlParameters,
-    ) -> None:
+    def __init__(self, topics: Topics, recording: Recording, cycle: ControlCycle) -> None:
         self._recording = recording
         self._cycle = cycle
         self.subscriptions: dict[int, tuple[str, int, Any]] = {}

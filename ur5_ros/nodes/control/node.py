@@ -79,7 +79,7 @@ class ControlNode:
         self.cycle = ControlCycle(
             controller, self.outputs, self.recording, self.parameters, self._logger,
             self._begin_run)
-        self.inputs = ControlInputs(topics, self.recording, self.cycle, self.parameters)
+        self.inputs = ControlInputs(topics, self.recording, self.cycle)
         self._subscriptions: dict[int, tuple[str, int, Any]] = dict(self.inputs.subscriptions)
         for role, take in (('joint_states', self.cycle.take), ('run', self._take_run),
                            ('control_rate', self._take_rate)):

@@ -97,7 +97,7 @@ class BackgroundExecutor:
         self._executor.add_node(node)
         self._context = node.context
         self._end = Future()  # ends a wait at once; waits without a timeout cost nothing meanwhile
-        self._thread = threading.Thread(target=self._spin, name='serving', daemon=True)
+        self._thread = threading.Thread(target=self._spin, name='executor', daemon=True)
         self._thread.start()
 
     def close(self) -> None:

@@ -26,7 +26,7 @@ class ExecutorLoop:
         self._node = node
         self._count = 0
         self._taken: list[Message] = []
-        self.asked = True
+        self.service_requested = True
         """Whether a watched service may have a request: always, as this loop does not know."""
         self._executor = SingleThreadedExecutor(context=node.context)
 

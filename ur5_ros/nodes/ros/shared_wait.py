@@ -31,7 +31,7 @@ class SharedLoop(WaitSetLoop):
         if now >= self._take_all_at:
             self._take_all_at = now + HOT_POLL_PERIOD
             return self.take()
-        self.asked = False
+        self.service_requested = False
         return self._take(self._hot)
 
     def take_all_next(self) -> None:

@@ -66,8 +66,8 @@ class WaitSetLoop:
         self._group = ReservedGroup()
         self._subscriptions: list[Any] = []
         self._services: list[Any] = []
-        self._serving: BackgroundExecutor | None = None
-        self.asked = False
+        self._background: BackgroundExecutor | None = None
+        self.service_requested = False
         """Whether a watched service may have a request since the last wait."""
         self.context = node.context
         self._guard = node.create_guard_condition(_nothing, self._group)
@@ -122,12 +122,12 @@ class WaitSetLoop:
 
     def start(self) -> None:
         """Begin to serve everything else of the node, in a thread."""
-        self._serving = BackgroundExecutor(self._node)
+        self._background = BackgroundExecutor(self._node)
 
     def close(self) -> None:
         """Serve no more."""
-        if self._serving is not None:
-            self._serving.close()
+        if self._background is not None:
+            self._background.close()
 
     def wake(self) -> None:
         """End a wait early; any thread may call it."""
@@ -159,7 +159,7 @@ class WaitSetLoop:
             wait_set.add_service(handle)
         wait_set.add_guard_condition(self._guard_handle)
         wait_set.wait(int(seconds * 1e9))
-        self.asked = any(wait_set.is_ready('service', index)
+        self.service_requested = any(wait_set.is_ready('service', index)
                          for index in range(len(self._service_handles)))
         messages = []
         for index in self._indices:
@@ -167,7 +167,8 @@ class WaitSetLoop:
                 taken = self._takes[index](self._types[index], True)
                 if taken is not None:
                     messages.append((index, taken[0]))
-        if messages and not self.asked and all(index in self._hot for index, _ in messages):
+        if messages and not self.service_requested and all(
+                index in self._hot for index, _ in messages):
             self._brief_until = time.monotonic() + HOT_POLL_PERIOD
         return messages
 
@@ -212,7 +213,7 @@ class WaitSetLoop:
 
     def take(self) -> list[Message]:
         """Return at most one message of each subscription, without a wait."""
-        self.asked = True
+        self.service_requested = True
         if self._wait_set is None:
             self._arm()
         return self._take(self._indices)

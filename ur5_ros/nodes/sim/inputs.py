@@ -58,7 +58,7 @@ class SimInputs:
             self._dispatch(number, data)
         if self.requests:
             self.requests.serve()
-        if self._loop.asked and self._steps.update(self._simulation):
+        if self._loop.service_requested and self._steps.update(self._simulation):
             self._gate.resumed()
         return bool(messages)
 

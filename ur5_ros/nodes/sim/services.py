@@ -162,7 +162,6 @@ def create_services(node: Node, sim: Any) -> None:
     add_service(node, Trigger, '~/resume_torque_mode',
                 lambda request: call(sim.resume_torque_mode))
     create_friction_service(node)
-
     create_standard_services(node, sim)
     serve(node, SIM_PARAMETERS, lambda changes: call(lambda: sim.change(changes)), _prepare)
 

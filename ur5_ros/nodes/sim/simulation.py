@@ -157,8 +157,7 @@ def set_wrench(plant: Plant, message: dict[str, Any], prefix: str) -> None:
     name = frame.removeprefix(prefix) or 'base'
     if name not in ('base', 'base_link', 'tool0') or frame and not frame.startswith(prefix):
         raise InputError(f'wrench in frame {frame[:60]!r}; give {prefix}base, {prefix}base_link '
-                         'or '
-                         f'{prefix}tool0')
+                         f'or {prefix}tool0')
     force, torque = (np.array([message['wrench'][part][axis] for axis in 'xyz'])
                      for part in ('force', 'torque'))
     if name == 'tool0':
