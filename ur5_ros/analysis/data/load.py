@@ -90,16 +90,27 @@ def load_run(
     if bag is None:
         why = f' ({(problems or remarks)[0]})' if problems or remarks else ''
         raise InputError(f'{folder}: no joint states in it; nothing can be judged{why}')
-    counts: dict[str, int] = {}
-    found = _states(bag, bags, counts, problems, remarks)
-    stamp = found.stamp
-    if len(stamp) < 2:
-        raise InputError(f'{folder}: {number_of(len(stamp), "state")}; at least two are needed')
-    sim, control = _records(
+    records = _records(
         bags, arm, control_arm, keep_arm,
         {key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None})
+    run = _run(folder, bags, bag, records, problems, remarks)
+    if run.truth is not None and replace(run, truth=None).noisy:
+        run = replace(run, remarks=(*run.remarks, EXACT_STATES))
+    run = with_effort_meaning(run, effort)
+    return replace(run, reference=given_reference(run, reference)) if reference else run
+
+
+def _run(folder: Path, bags: list[BagData], bag: BagData,
+         records: tuple[NodeRecord | None, NodeRecord | None], problems: list[str],
+         remarks: list[str]) -> Run:
+    """Return the run in some bags, of which ``bag`` has the states; what is wrong is added."""
+    counts: dict[str, int] = {}
+    found = _states(bag, bags, counts, problems, remarks)
+    stamp, (sim, control) = found.stamp, records
+    if len(stamp) < 2:
+        raise InputError(f'{folder}: {number_of(len(stamp), "state")}; at least two are needed')
     recorded = reference_of(bags, stamp)
-    run = Run(
+    return Run(
         name=next((each.run for each in bags if each.run), folder.resolve().name),
         stamp=stamp, states=_published(bag, found.states),
         control_rate=float(sim.parameters['control_rate']) if sim else _rate(stamp),
@@ -114,10 +125,6 @@ def load_run(
         target_wrenches=tuple(wrench for each in bags if each.node == 'control'
                               for wrench in target_wrenches(each, found.states)),
         **answers_of(bags, bag, found, counts), **contact_of(bags, stamp, sim))
-    if run.truth is not None and replace(run, truth=None).noisy:
-        run = replace(run, remarks=(*run.remarks, EXACT_STATES))
-    run = with_effort_meaning(run, effort)
-    return replace(run, reference=given_reference(run, reference)) if reference else run
 
 
 def _records(
