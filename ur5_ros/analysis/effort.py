@@ -35,19 +35,19 @@ LARGEST_DRIVE, MOST_OF_MILLI = 50.0, 0.05
 SURE, FAR, NEAR_ONE = 0.1, 0.3, 0.2
 
 #: Spread of the factors under which the effort is torque in another unit.
-ALIKE = 0.02
+FACTOR_SPREAD = 0.02
 
 #: An arm that leaves more of the effort unexplained, as a share of it, does not fit.
-FITS = 0.3
+LARGEST_MISFIT = 0.3
 
 #: Lengths of two arms that differ by less are the same [m].
-SAME_LENGTH = 1e-3
+LENGTH_TOLERANCE = 1e-3
 
 #: Relative spread below which an effort is constant, and above which the motion is not at rest.
 CONSTANT, VARYING = 1e-3, 0.02
 
 #: Meaning -> what it is, in words.
-WORDS = {
+MEANINGS = {
     'total': 'joint torque',
     'gravity_excluded': 'joint torque without gravity',
     'target': "gravity alone, a controller's target torque for a reference at rest",
@@ -166,8 +166,8 @@ def known_arms() -> dict[str, ArmParameters]:
 def has_geometry_of(arm: ArmParameters, name: str) -> bool:
     """Return whether an arm has the lengths of a known one, signs of the angles aside."""
     other = known_arms()[name]
-    return bool(np.abs(np.abs(arm.a) - np.abs(other.a)).max() < SAME_LENGTH
-                and np.abs(np.abs(arm.d) - np.abs(other.d)).max() < SAME_LENGTH)
+    return bool(np.abs(np.abs(arm.a) - np.abs(other.a)).max() < LENGTH_TOLERANCE
+                and np.abs(np.abs(arm.d) - np.abs(other.d)).max() < LENGTH_TOLERANCE)
 
 
 def drive_factors(
@@ -269,7 +269,7 @@ def is_plausible_current(found: Hypothesis) -> bool:
     if not len(factors) or not ((factors > 0.0).all() or (factors < 0.0).all()):
         return False
     middle = float(np.median(np.abs(factors)))
-    alike = np.ptp(factors) < ALIKE * middle
+    alike = np.ptp(factors) < FACTOR_SPREAD * middle
     return middle > LEAST_FACTOR or middle < MOST_OF_MILLI or bool(alike and middle < 0.5)
 
 
@@ -277,9 +277,9 @@ def words_of_factors(factors: Sequence[float]) -> tuple[str, str]:
     """Return what an effort with these factors looks like, and the factors in words."""
     known = np.array([each for each in factors if np.isfinite(each)])
     if not len(known):
-        return WORDS['current'], 'no factors'
+        return MEANINGS['current'], 'no factors'
     middle = float(np.median(known))
-    if len(known) > 2 and np.ptp(known) < ALIKE * abs(middle):
+    if len(known) > 2 and np.ptp(known) < FACTOR_SPREAD * abs(middle):
         return 'joint torque in another unit', f'{middle:.4g} N m a unit at every joint'
     if abs(middle) > LARGEST_DRIVE or MOST_OF_MILLI < abs(middle) < LEAST_FACTOR:
         return ('joint torque in another unit', 'joints 1 to 6: ' + ', '.join(
@@ -287,7 +287,7 @@ def words_of_factors(factors: Sequence[float]) -> tuple[str, str]:
     milli = abs(middle) < MOST_OF_MILLI
     listed = ', '.join('-' if np.isnan(each) else f'{each * (1e3 if milli else 1.0):.4g}'
                        for each in factors)
-    looks = WORDS['current'] + (' in mA' if milli else '') + (
+    looks = MEANINGS['current'] + (' in mA' if milli else '') + (
         ' with the other sign' if middle < 0.0 else '')
     return looks, f'factors of joints 1 to 6: {listed} N m/A'
 

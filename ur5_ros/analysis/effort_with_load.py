@@ -24,7 +24,7 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.regressor import dynamics_regressor
 
 #: Heaviest load that is looked for [kg]: three times what the strongest of the family carries.
-HEAVIEST = 100.0
+HEAVIEST_LOAD = 100.0
 
 #: Times that load and factors are fitted in turn.
 LOAD_PASSES = 8
@@ -50,7 +50,7 @@ def unlikely_meaning(run: Run, arm: ArmParameters, limit: float) -> Hypothesis |
              _with_load('other_sign', -effort, samples, samples, arm),
              _current_with_load(effort, samples, arm)]
     best = min(found, key=lambda each: each.misfit)
-    likely = 0.0 < best.load <= HEAVIEST and (
+    likely = 0.0 < best.load <= HEAVIEST_LOAD and (
         best.meaning != 'current' or is_plausible_current(best))
     if likely and best.misfit <= min(0.5 * limit, 0.5 * CLEARLY_BETTER * found[0].misfit):
         return best

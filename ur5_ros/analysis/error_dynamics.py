@@ -12,7 +12,7 @@ from ur5_ros.analysis.residual import CHUNK
 from ur5_ros.model.dynamics import inverse_dynamics
 
 #: Samples that one matrix product takes.
-BLOCK = 16
+BLOCK_SAMPLES = 16
 
 
 class ErrorDynamics(NamedTuple):
@@ -128,27 +128,27 @@ def _jumps(run: Run) -> np.ndarray:
 
 
 def _follow(step: np.ndarray, first: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-    """Return x_0 .. x_n of x' = step x + input, BLOCK periods to one matrix product."""
+    """Return x_0 .. x_n of x' = step x + input, BLOCK_SAMPLES periods to one matrix product."""
     size, count = len(first), len(inputs)
     if not count:
         return first[None, :]
-    blocks = -(-count // BLOCK)
-    padded = np.zeros((blocks * BLOCK, size))
+    blocks = -(-count // BLOCK_SAMPLES)
+    padded = np.zeros((blocks * BLOCK_SAMPLES, size))
     padded[:count] = inputs
     powers = [np.eye(size)]
-    for _ in range(BLOCK):
+    for _ in range(BLOCK_SAMPLES):
         powers.append(step @ powers[-1])
-    kernel = np.zeros((BLOCK * size, BLOCK * size))
-    for j in range(BLOCK):
+    kernel = np.zeros((BLOCK_SAMPLES * size, BLOCK_SAMPLES * size))
+    for j in range(BLOCK_SAMPLES):
         for i in range(j + 1):
             kernel[j * size:(j + 1) * size, i * size:(i + 1) * size] = powers[j - i]
-    forced = (padded.reshape(blocks, -1) @ kernel.T).reshape(blocks, BLOCK, size)
-    free = np.concatenate(powers[1:])  # (BLOCK size, size)
-    out = np.empty((blocks * BLOCK + 1, size))
+    forced = (padded.reshape(blocks, -1) @ kernel.T).reshape(blocks, BLOCK_SAMPLES, size)
+    free = np.concatenate(powers[1:])  # (BLOCK_SAMPLES size, size)
+    out = np.empty((blocks * BLOCK_SAMPLES + 1, size))
     out[0] = state = first
     for block in range(blocks):
-        rows = forced[block] + (free @ state).reshape(BLOCK, size)
-        out[block * BLOCK + 1:(block + 1) * BLOCK + 1] = rows
+        rows = forced[block] + (free @ state).reshape(BLOCK_SAMPLES, size)
+        out[block * BLOCK_SAMPLES + 1:(block + 1) * BLOCK_SAMPLES + 1] = rows
         state = rows[-1]
     return out[:count + 1]
 

@@ -11,10 +11,10 @@ from ur5_ros.model.friction import friction_terms, friction_torque
 from ur5_ros.model.parameters import ArmParameters
 
 #: Gain of the momentum observer for recordings of about 100 Hz with measured speeds [1/s].
-GAIN = 10.0
+OBSERVER_GAIN = 10.0
 
 #: Joint speed below which friction has no direction [rad/s].
-STILL = 0.02
+STILL_SPEED = 0.02
 
 
 def motor_torque(run: Run, arm: ArmParameters) -> np.ndarray | None:
@@ -51,13 +51,13 @@ def robot_external_torque(run: Run, arm: ArmParameters) -> ExternalTorque | None
         return None
     q, qd = run.states.q, run.states.qd
     load = inverse_dynamics(q + arm.angle_offset, qd, np.zeros(q.shape), arm)
-    still = np.abs(qd) < STILL
+    still = np.abs(qd) < STILL_SPEED
     _, level, offset = friction_terms(arm.friction, np.zeros(q.shape), load)
     known = np.where(still, 0.0, friction_torque(arm.friction, qd, load))
     held = np.where(still, level + np.abs(offset), 0.0)
     return ExternalTorque(
-        external_torque(q, qd, torque - known, run.h, arm, GAIN, run.steps),
-        first_order(held[1:], GAIN, run.h, run.steps))
+        external_torque(q, qd, torque - known, run.h, arm, OBSERVER_GAIN, run.steps),
+        first_order(held[1:], OBSERVER_GAIN, run.h, run.steps))
 
 
 def unexplained_torque(run: Run, arm: ArmParameters) -> np.ndarray | None:

@@ -14,7 +14,7 @@ from ur5_ros.model.parameters import ArmParameters
 CHUNK = 16384
 
 #: Speed below which a joint sticks [rad/s]; in the simulator it is rounding, 1e-16.
-STICKING = 1e-12
+STICKING_SPEED = 1e-12
 
 
 class Residual(NamedTuple):
@@ -132,6 +132,6 @@ def _limited(command: np.ndarray, run: Run) -> np.ndarray:
 
 def _beyond_dry(torque: np.ndarray, qd_next: np.ndarray, level: np.ndarray) -> np.ndarray:
     """Return what is left when dry friction takes its share: all it can where it sticks."""
-    sticking = np.abs(qd_next) <= STICKING
+    sticking = np.abs(qd_next) <= STICKING_SPEED
     return np.where(sticking, torque - np.clip(torque, -level, level),
                     torque + level * np.sign(qd_next))

@@ -16,13 +16,13 @@ from ur5_ros.model.regressor import dynamics_regressor
 BLOCKS, BLOCK = 1500, 20
 
 #: Length of a block where the states are measured ones [s].
-SMOOTHING = 0.1
+BLOCK_TIME = 0.1
 
 #: Fewer blocks are no evidence.
 LEAST_BLOCKS = 10
 
 #: Speed below which the direction of dry friction is not known [rad/s].
-SLOW = 1e-6
+SLOW_SPEED = 1e-6
 
 
 class SampleBlocks(NamedTuple):
@@ -63,7 +63,7 @@ def sample_blocks(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> SampleB
         whole = run.has_reference[:-1] & np.isfinite(run.states.effort).all(axis=1)[:-1]
     size = BLOCK
     if run.noisy or not run.substeps:
-        size = max(2, round(SMOOTHING * run.control_rate))
+        size = max(2, round(BLOCK_TIME * run.control_rate))
     size = min(size, max(1, len(whole) // 50))
     starts = np.arange(0, len(whole) - size + 1, size)
     starts = starts[[whole[start:start + size].all() for start in starts]]
@@ -140,7 +140,7 @@ def stribeck_torque(samples: SampleBlocks, velocity: float) -> np.ndarray:
 
 def sticking(samples: SampleBlocks) -> np.ndarray:
     """Return in which samples a joint stands still throughout, (b, w, 6)."""
-    return (np.abs(samples.qd_next) <= SLOW) & (np.abs(samples.qd) <= SLOW)
+    return (np.abs(samples.qd_next) <= SLOW_SPEED) & (np.abs(samples.qd) <= SLOW_SPEED)
 
 
 def sliding(samples: SampleBlocks) -> np.ndarray:
@@ -150,7 +150,7 @@ def sliding(samples: SampleBlocks) -> np.ndarray:
     A block beside one in which it stands is left out: friction of rest begins and ends there.
 
     """
-    stands = (np.abs(samples.qd_next) <= SLOW).any(axis=1)
+    stands = (np.abs(samples.qd_next) <= SLOW_SPEED).any(axis=1)
     beside = stands.copy()
     beside[1:] |= stands[:-1]
     beside[:-1] |= stands[1:]

@@ -28,7 +28,7 @@ from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.diagnosis.company import company
 from ur5_ros.analysis.diagnosis.compensation import compensation_check
-from ur5_ros.analysis.effort import FITS, WORDS, arms_by_meaning, fitting_arms
+from ur5_ros.analysis.effort import LARGEST_MISFIT, MEANINGS, arms_by_meaning, fitting_arms
 from ur5_ros.analysis.injected import injections
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.config.validation import Marks, load_marks
@@ -106,12 +106,13 @@ def no_arm(run: Run) -> str:
     if np.isnan(run.states.effort).all():
         return f'{sentence} (no torque is recorded, so no known arm can be compared)'
     fits = fitting_arms(run)
-    if fits and min(fit.misfit for fit in fits) > FITS:
-        other = [(name, each) for name, each in arms_by_meaning(run)[:3] if each.misfit < FITS]
+    if fits and min(fit.misfit for fit in fits) > LARGEST_MISFIT:
+        other = [(name, each) for name, each in arms_by_meaning(run)[:3]
+                 if each.misfit < LARGEST_MISFIT]
         if not other:
             return f'{sentence}; none of the known arms fits the effort as joint torque'
         listed = ', '.join(f'{name} ({each.misfit:.2%} of it stays unexplained as '
-                           f'{WORDS[each.meaning]}: --effort {each.meaning})'
+                           f'{MEANINGS[each.meaning]}: --effort {each.meaning})'
                            for name, each in other)
         return (f'{sentence}; none of the known arms fits the effort as joint torque, but with '
                 f'another meaning: {listed}')

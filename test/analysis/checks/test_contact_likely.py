@@ -7,7 +7,11 @@ import pytest
 
 from ur5_ros.analysis.checks.contact_likely import TIMES, contact_likely
 from ur5_ros.analysis.data.run import NodeRecord, Run, States
-from ur5_ros.analysis.external_torque import GAIN, robot_external_torque, unexplained_torque
+from ur5_ros.analysis.external_torque import (
+    OBSERVER_GAIN,
+    robot_external_torque,
+    unexplained_torque,
+)
 from ur5_ros.analysis.identification.arm_file import write_arm
 from ur5_ros.analysis.identification.identify import identify
 from ur5_ros.analysis.momentum_observer import first_order
@@ -70,7 +74,7 @@ def test_a_hand_is_found_when_it_pushes_and_as_strong_as_it_is(known, seed):
     assert len(touches) == len(PUSHES), check.sentence
     for touch, (begin, end, _) in zip(touches, PUSHES, strict=True):
         assert begin <= touch['start'] < begin + 0.25 and touch['duration'] < end - begin + 0.4
-    truth = first_order(external[1:], GAIN, run.h)
+    truth = first_order(external[1:], OBSERVER_GAIN, run.h)
     found = robot_external_torque(run, known)
     away = np.abs(found.estimate - truth) - found.held
     marks = TIMES * known.unexplained_torque

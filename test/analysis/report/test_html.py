@@ -13,7 +13,7 @@ import pytest
 from plotly.offline import get_plotlyjs
 
 from ur5_ros.analysis.data.run import RecordedEvent
-from ur5_ros.analysis.report.figures import PIECES, envelope, figures
+from ur5_ros.analysis.report.figures import CURVE_PIECES, envelope, figures
 from ur5_ros.analysis.report.html import html_text, write_html
 from ur5_ros.analysis.result import Check, Result, judge
 from ur5_ros.analysis.validate import validate
@@ -96,7 +96,7 @@ def test_thinned_curves_keep_every_peak():
     values = np.sin(np.linspace(0.0, 200.0, 600_000))
     values[123_457], values[400_001] = 9.0, -9.0
     rows = envelope(values)
-    assert len(rows) <= 2 * PIECES + 6 and np.all(np.diff(rows) > 0)
+    assert len(rows) <= 2 * CURVE_PIECES + 6 and np.all(np.diff(rows) > 0)
     assert values[rows].max() == 9.0 and values[rows].min() == -9.0
     holes = np.where(np.arange(600_000) % 7 < 6, np.nan, values)
     assert np.nanmax(holes[envelope(holes)]) == np.nanmax(holes)

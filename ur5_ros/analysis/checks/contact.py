@@ -17,7 +17,7 @@ from ur5_ros.wording import number_of
 _NAMES = ('Coulomb cone', 'contact passivity', 'external torque')
 
 #: Gain of the momentum observer [1/s].
-GAIN = 50.0
+OBSERVER_GAIN = 50.0
 
 
 def contact_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
@@ -102,8 +102,9 @@ def _observer_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any]]:
     if not run.substeps or run.noisy:
         return not_applicable(_NAMES[2], 'the exact states are not recorded'), {}
     q, qd, effort = run.exact
-    estimate = external_torque(q, qd, effort, run.h, run.required_sim.arm, GAIN, run.steps)
-    truth = first_order(run.required_contact[1:].mean(axis=1), GAIN, run.h, run.steps)
+    estimate = external_torque(q, qd, effort, run.h, run.required_sim.arm, OBSERVER_GAIN,
+                               run.steps)
+    truth = first_order(run.required_contact[1:].mean(axis=1), OBSERVER_GAIN, run.h, run.steps)
     other = _other_external(run)
     if other:
         return not_applicable(_NAMES[2], f'{other} acts as well, which the observer cannot '

@@ -16,7 +16,7 @@ NAME = 'contact likely'
 #: was not fitted to.
 LASTING, TIMES = 0.3, 5.0
 #: Share of a recording above which a load explains it as well as a contact.
-MOSTLY = 0.5
+LOAD_SHARE = 0.5
 
 
 class _Touch(NamedTuple):
@@ -69,7 +69,7 @@ def _sentence(run: Run, touches: list[_Touch], most: np.ndarray) -> str:
                 f'{most.max():.3g} N m at {JOINT_NAMES[int(most.argmax())]})')
     listed = '; '.join(f'{touch.start:.3g} s on for {touch.duration:.2g} s, {touch.torque:.3g} '
                        f'N m at {touch.joint}' for touch in touches[:10])
-    load = sum(touch.duration for touch in touches) > MOSTLY * float(run.t[-1])
+    load = sum(touch.duration for touch in touches) > LOAD_SHARE * float(run.t[-1])
     return f'contact is likely from {listed}' + (
         '; it lasts through most of the recording: a payload that the arm does not declare looks '
         'the same' if load else '')

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ur5_ros.analysis.checks.tracking import REFERENCE_JUMP
 from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.laws import largest, laws_of, promised_rows
 from ur5_ros.analysis.result import Check, judge, not_applicable
@@ -13,10 +14,8 @@ from ur5_ros.config.validation import Marks
 from ur5_ros.model.dynamics import inertia_matrix
 from ur5_ros.signals import JOINT_NAMES
 
-#: A step of the reference beyond its speed that starts a new transient [rad].
-JUMP = 1e-3
 #: Length of the windows in which an alternating velocity is looked for [s].
-WINDOW = 0.1
+WINDOW_TIME = 0.1
 
 NOT_JUDGED = 'controller'
 
@@ -57,7 +56,7 @@ def _starts(run: Run, known: np.ndarray) -> np.ndarray:
     star = run.required_reference
     ahead = 0.5 * run.h * (np.nan_to_num(star.qd[1:]) + np.nan_to_num(star.qd[:-1]))
     with np.errstate(invalid='ignore'):
-        jump = np.abs(star.q[1:] - star.q[:-1] - ahead).max(axis=1) > JUMP
+        jump = np.abs(star.q[1:] - star.q[:-1] - ahead).max(axis=1) > REFERENCE_JUMP
     return np.flatnonzero(np.concatenate([[known[0]], known[1:] & (jump | ~known[:-1])]))
 
 
@@ -144,19 +143,19 @@ def _stability(run: Run, marks: Marks) -> Check:
     if not len(size):
         return not_applicable(name, 'the run is too short')
     worst, joint, row = largest(size)
-    at = row * max(2, round(WINDOW * run.control_rate)) * run.h
+    at = row * max(2, round(WINDOW_TIME * run.control_rate)) * run.h
     words = 'no joint velocity alternates from period to period'
     if worst > marks['controller_alternation']:
         words = (f'{JOINT_NAMES[joint]} alternates from period to period from {at:.3g} s on: the '
                  'loop is unstable when sampled')
     return judge(name, worst, marks['controller_alternation'], 'rad/s',
-                 f'{words} (largest RMS over {WINDOW:g} s: {worst:.2g} rad/s)',
+                 f'{words} (largest RMS over {WINDOW_TIME:g} s: {worst:.2g} rad/s)',
                  joint=JOINT_NAMES[joint])
 
 
 def alternation(run: Run) -> np.ndarray:
     """Return the alternating part of the joint velocities, RMS by window, shape (m, 6) [rad/s]."""
-    qd, window = run.exact.qd, max(2, round(WINDOW * run.control_rate))
+    qd, window = run.exact.qd, max(2, round(WINDOW_TIME * run.control_rate))
     part = 0.5 * (qd[1:-1] - 0.5 * (qd[2:] + qd[:-2]))
     opposite = np.maximum(-part[1:] * part[:-1], 0.0)  # a slow oscillation keeps its sign
     count = len(opposite) // window

@@ -6,7 +6,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.plant_integrator import PlantModel, path, plant_models
-from ur5_ros.analysis.residual import CHUNK, STICKING, at_stop
+from ur5_ros.analysis.residual import CHUNK, STICKING_SPEED, at_stop
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 from ur5_ros.model.dynamics import inertia_matrix, inverse_dynamics
@@ -15,9 +15,9 @@ from ur5_ros.model.energy import potential_energy
 _NAMES = ('energy balance', 'passivity')
 
 #: Energy that rounding makes of a hundred joules over a long run [J].
-ROUNDING = 1e-9
+ROUNDING_ENERGY = 1e-9
 #: Work below which a limit that exceeds it is no reason for doubt [J].
-SMALL = 1.0
+SMALL_WORK = 1.0
 
 
 class Balance(NamedTuple):
@@ -44,12 +44,12 @@ def energy_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
         return [not_applicable(name, why) for name in _NAMES], {}
     found = balance(run, plant_models(run))
     total = np.cumsum(found.surplus)
-    limit = marks['energy'] * found.discretisation + ROUNDING
+    limit = marks['energy'] * found.discretisation + ROUNDING_ENERGY
     worst = float(np.abs(total).max())
     gained = float(max(total.max(), 0.0))
     row = int(np.argmax(np.abs(total)))
     words = f'work of {found.moved:.4g} J was done, in both directions'
-    if limit > max(found.moved, SMALL):
+    if limit > max(found.moved, SMALL_WORK):
         why = (f'one time step may cost {limit:.3g} J, more than the work done ({found.moved:.3g} '
                'J): nothing can be concluded')
         return [not_applicable(name, why, moved_J=found.moved) for name in _NAMES], {}
@@ -125,7 +125,7 @@ def _half_square(inertia: np.ndarray, x: np.ndarray) -> np.ndarray:
 def _dry(model, angles, qd, qdd, effort, qd_next, level, offset) -> np.ndarray:
     """Return the dry friction; where a joint sticks, what the motion shows."""
     dry = offset + level * np.sign(qd_next)
-    sticks = (np.abs(qd_next) <= STICKING) & (level > 0.0)
+    sticks = (np.abs(qd_next) <= STICKING_SPEED) & (level > 0.0)
     rows = np.flatnonzero(sticks.any(axis=1))
     if len(rows):
         needed = inverse_dynamics(angles[rows], qd[rows], qdd[rows], model.arm)

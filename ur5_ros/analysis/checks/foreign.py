@@ -6,8 +6,8 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.effort import (
-    FITS,
-    WORDS,
+    LARGEST_MISFIT,
+    MEANINGS,
     Hypothesis,
     best_meaning,
     drive_factors,
@@ -18,7 +18,7 @@ from ur5_ros.analysis.effort import (
     words_of_factors,
 )
 from ur5_ros.analysis.effort_with_load import unlikely_meaning
-from ur5_ros.analysis.residual_blocks import SMOOTHING, sample_blocks
+from ur5_ros.analysis.residual_blocks import BLOCK_TIME, sample_blocks
 from ur5_ros.analysis.result import FAIL, PASS, Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 from ur5_ros.signals import JOINT_NAMES
@@ -28,17 +28,17 @@ from ur5_ros.signals import JOINT_NAMES
 AT_REST, LITTLE_MOTION = 1e-3, 0.1
 
 #: Share of the mark, and of another misfit, above which a meaning is looked for further.
-UNSURE = 0.3
+UNSURE_SHARE = 0.3
 
 #: Share of an effort left unexplained from which on an arm explains nothing of it.
-NOTHING = 1.0
+NOTHING_EXPLAINED = 1.0
 
 NO_TORQUE = 'no torque is recorded'
 
 
 def kinematics_check(run: Run, marks: Marks) -> Check:
     """Return whether positions change by the integral of the velocities, over blocks of 0.1 s."""
-    name, size = 'kinematics', max(1, round(SMOOTHING * run.control_rate))
+    name, size = 'kinematics', max(1, round(BLOCK_TIME * run.control_rate))
     if any('differentiated' in remark for remark in run.remarks):
         return not_applicable(name, 'no velocity is measured')
     q, qd, t = run.states.q, run.states.qd, run.t
@@ -75,7 +75,7 @@ def effort_check(run: Run, marks: Marks) -> Check:
     if record is None:
         return not_applicable(name, 'no arm is known; give one: --arm NAME')
     if run.effort_meaning != 'total':
-        return Check(name, PASS, f'taken as {WORDS[run.effort_meaning]}, as stated by --effort')
+        return Check(name, PASS, f'taken as {MEANINGS[run.effort_meaning]}, as stated by --effort')
     if np.isnan(run.states.effort).all():
         return not_applicable(name, NO_TORQUE)
     found = effort_hypotheses(run, record.arm)
@@ -83,9 +83,9 @@ def effort_check(run: Run, marks: Marks) -> Check:
         return not_applicable(name, 'too few states with a torque follow each other')
     details: dict[str, Any] = {'misfits': {each.meaning: each.misfit for each in found}}
     best, total = best_meaning(found, marks['effort']), _total(found)
-    if best.misfit > UNSURE * marks['effort']:
+    if best.misfit > UNSURE_SHARE * marks['effort']:
         other = unlikely_meaning(run, record.arm, marks['effort'])
-        better = other is not None and other.misfit < UNSURE * best.misfit and (
+        better = other is not None and other.misfit < UNSURE_SHARE * best.misfit and (
             total.misfit > marks['effort'])
         if other is not None and better and (
                 other.meaning != 'constant' or best.meaning == 'total'):
@@ -107,11 +107,12 @@ def no_torque_of_arm(run: Run, effort: Check) -> str:
     cannot be.
     """
     record, left = run.law_record, effort.value
-    if record is None or left is None or effort.verdict != PASS or left < FITS:
+    if record is None or left is None or effort.verdict != PASS or left < LARGEST_MISFIT:
         return ''
-    fits = [fit for fit in fitting_arms(run) if fit.misfit < FITS and fit.misfit < 0.5 * left
+    fits = [fit for fit in fitting_arms(run)
+            if fit.misfit < min(LARGEST_MISFIT, 0.5 * left)
             and not has_geometry_of(record.arm, fit.name)]
-    if left < NOTHING and (not fits or record.arm_name not in known_arms()):
+    if left < NOTHING_EXPLAINED and (not fits or record.arm_name not in known_arms()):
         return ''
     way_out = (f'{fits[0].name} fits, with {fits[0].misfit:.2%}: give --arm {fits[0].name}' if fits
                else 'none of the known arms fits; give the arm that it is of, or record the joint '
@@ -135,8 +136,8 @@ def _sentence(best: Hypothesis, total: Hypothesis) -> str:
     which = ', '.join(JOINT_NAMES[i] for i in best.joints)
     if best.meaning == 'constant':
         of = f' of {which}' if which else ''
-        return f'the effort{of} is {WORDS["constant"]}, so torques cannot be judged'
-    looks = WORDS[best.meaning] + (f' at {which}' if which else '')
+        return f'the effort{of} is {MEANINGS["constant"]}, so torques cannot be judged'
+    looks = MEANINGS[best.meaning] + (f' at {which}' if which else '')
     if best.meaning == 'current':
         looks, factors = words_of_factors(best.factors)
         figures = f'{factors}, {figures}'

@@ -17,7 +17,7 @@ from ur5_ros.signals import JOINT_NAMES
 LINKS = ('shoulder', 'upper arm', 'forearm', 'wrist 1', 'wrist 2', 'wrist 3')
 
 #: No arm of the family has a gravity torque that changes faster with an angle [N m/rad].
-STEEPEST = 1000.0
+STEEPEST_GRAVITY = 1000.0
 
 _NAMES = ('residual, controller arm', 'residual, simulator arm')
 
@@ -98,7 +98,8 @@ def _command_check(run: Run, marks: Marks) -> Check:
     worst, joint, row = largest(defect)
     limit = marks['command']
     if run.noisy and run.sim and run.sim.parameters['effort_convention'] == 'gravity_excluded':
-        limit += STEEPEST * 6.0 * run.sim.parameters['noise.position']  # g(q) of a measured q
+        noise = run.sim.parameters['noise.position']
+        limit += STEEPEST_GRAVITY * 6.0 * noise  # g(q) of a measured q
     wrong = int((np.abs(defect[known]).max(axis=1) > limit).sum())
     sentence = (f'the torque that acted is the command within {worst:.2g} N m' if worst > 0.0 else
                 'the torque that acted is the command, to the last bit')

@@ -8,7 +8,7 @@ from ur5_ros.config.validation import Marks
 from ur5_ros.wording import agree, number_of
 
 #: States on either side of a step that distinguish a missing state from jitter.
-NEAR = 8
+NEAR_STATES = 8
 
 
 def recording_check(run: Run) -> Check:
@@ -140,7 +140,7 @@ def _lasting(steps: np.ndarray, period: float) -> np.ndarray:
     late = np.concatenate([[0.0], np.cumsum(np.where(steps < 2.5 * period, steps - period, 0.0))])
     total = np.concatenate([[0.0], np.cumsum(late)])
     row = np.arange(1, len(late))
-    first, last = np.maximum(row - NEAR, 0), np.minimum(row + NEAR, len(late))
+    first, last = np.maximum(row - NEAR_STATES, 0), np.minimum(row + NEAR_STATES, len(late))
     before = (total[row] - total[first]) / (row - first)
     after = (total[last] - total[row]) / (last - row)
     return (after - before) / period

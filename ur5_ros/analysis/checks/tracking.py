@@ -17,10 +17,10 @@ from ur5_ros.control.gains import error_poles
 from ur5_ros.signals import JOINT_NAMES
 
 #: Time constants of the slowest mode after which the transient counts as over.
-SETTLED = 9.0
+SETTLED_TIME_CONSTANTS = 9.0
 
 #: A step of the reference beyond its speed that starts a new transient [rad].
-JUMP = 1e-3
+REFERENCE_JUMP = 1e-3
 
 NAMES = ('tool position', 'tool orientation', 'joint tracking')
 
@@ -61,8 +61,9 @@ def tracking_checks(
                    'settled_after_s': _settling(run.t, series, limit)}
         if not settled.any():
             checks.append(not_applicable(
-                name, f'the run ends before its transient does ({SETTLED:g} time constants: '
-                f'{begin:.3g} s); largest error {greatest * scale:.3g} {shown}', **numbers))
+                name, 'the run ends before its transient does '
+                f'({SETTLED_TIME_CONSTANTS:g} time constants: {begin:.3g} s); '
+                f'largest error {greatest * scale:.3g} {shown}', **numbers))
             continue
         worst = float(series[settled].max())
         checks.append(judge(
@@ -94,7 +95,8 @@ def _transient(laws: list[Law], count: int) -> np.ndarray:
     """Return how long the transient of each row's law lasts [s], shape (count,)."""
     duration = np.full(count, np.inf)
     for law in laws:
-        duration[law.first:law.end] = SETTLED / -float(error_poles(law.gains).real.max())
+        slowest = -float(error_poles(law.gains).real.max())
+        duration[law.first:law.end] = SETTLED_TIME_CONSTANTS / slowest
     return duration
 
 
@@ -102,7 +104,7 @@ def _since_jump(run: Run, known: np.ndarray, laws: list[Law]) -> np.ndarray:
     """Return the time since reference or law began, or were last changed [s], shape (n,)."""
     star, h = run.required_reference, run.h
     jump = np.abs(star.q[1:] - star.q[:-1] - 0.5 * h * (star.qd[1:] + star.qd[:-1])).max(axis=1)
-    new = np.concatenate([[True], (jump > JUMP) | (known[1:] & ~known[:-1])])
+    new = np.concatenate([[True], (jump > REFERENCE_JUMP) | (known[1:] & ~known[:-1])])
     new[[law.first for law in laws]] = True
     starts = np.maximum.accumulate(np.where(new, np.arange(len(new)), 0))
     return run.t - run.t[starts]

@@ -9,7 +9,7 @@ from ur5_ros.errors import InputError
 from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 
 #: Cosine between effort and torque of a joint whose sign is right.
-ALIKE = 0.95
+SIGN_COSINE = 0.95
 
 
 def with_effort_meaning(run: Run, meaning: str | None) -> Run:
@@ -47,6 +47,6 @@ def _signs(run: Run) -> np.ndarray:
         return np.full(6, -1.0)
     arm, (q, qd, effort) = run.law_record.arm, run.states
     torque = inverse_dynamics(q + arm.angle_offset, qd, np.gradient(qd, run.t, axis=0), arm)
-    alike = np.nansum(effort * torque, axis=0) > ALIKE * np.sqrt(
+    alike = np.nansum(effort * torque, axis=0) > SIGN_COSINE * np.sqrt(
         np.nansum(effort**2, axis=0) * np.nansum(torque**2, axis=0))
     return np.where(alike & (not alike.all()), 1.0, -1.0)

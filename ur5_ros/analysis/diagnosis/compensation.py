@@ -14,10 +14,10 @@ from ur5_ros.model.friction import JointFriction
 from ur5_ros.signals import JOINT_NAMES
 
 #: A compensation within this share of the friction is taken for whole.
-WHOLE = 0.01
+WHOLE_SHARE = 0.01
 
 #: Speed from which on friction and its compensation are compared [rad/s].
-MOVING = 0.02
+MOVING_SPEED = 0.02
 
 #: Name of the check.
 NAME = 'friction compensation'
@@ -40,7 +40,7 @@ def compensated(run: Run) -> Compensation | None:
     frictionless = [(row, replace(model, friction=JointFriction()))
                     for row, model in plant_models(run)]
     friction = -residual(run, frictionless).torque
-    use = (np.abs(run.exact.qd[1:]) > MOVING) & np.isfinite(friction)
+    use = (np.abs(run.exact.qd[1:]) > MOVING_SPEED) & np.isfinite(friction)
     both = np.where(use, added * friction, 0.0).sum(axis=0)
     power = np.where(use, friction**2, 0.0).sum(axis=0)
     moved = power > 1e-6 * power.max()
@@ -55,9 +55,9 @@ def compensation_check(run: Run) -> Check:
     if found is None:
         return not_applicable(NAME, 'no joint with compensated friction moved')
     joint = int(np.nanargmax(found.share))
-    swing = limit_cycle(run) if found.share[joint] > 1.0 + WHOLE else None
+    swing = limit_cycle(run) if found.share[joint] > 1.0 + WHOLE_SHARE else None
     words = f'; {swing["sentence"]}' if swing else ''
-    return judge(NAME, float(found.share[joint]), 1.0 + WHOLE, '1',
+    return judge(NAME, float(found.share[joint]), 1.0 + WHOLE_SHARE, '1',
                  f'the robot adds {found.total:.1%} of the friction that the motion shows, '
                  f'{found.share[joint]:.1%} at {JOINT_NAMES[joint]}{words}',
                  joint=JOINT_NAMES[joint])
@@ -68,7 +68,7 @@ def compensation_cause(run: Run) -> dict[str, Any] | None:
     found = compensated(run)
     if found is None:
         return None
-    over, under = found.share > 1.0 + WHOLE, found.share < 1.0 - WHOLE
+    over, under = found.share > 1.0 + WHOLE_SHARE, found.share < 1.0 - WHOLE_SHARE
     if not (over | under).any():
         return None
     kind, named = ('over-compensation', over) if over.any() else ('under-compensation', under)
@@ -94,7 +94,7 @@ def limit_cycle(run: Run) -> dict[str, Any] | None:
     joint = int(np.argmax(size))
     fast = qd[np.abs(qd[:, joint]) > 0.1 * size[joint], joint]
     turns = int((np.diff(np.sign(fast)) != 0).sum())
-    if size[joint] < MOVING or turns < 4:
+    if size[joint] < MOVING_SPEED or turns < 4:
         return None
     hz = 0.5 * turns / (len(qd) * run.h)
     return {'joint': JOINT_NAMES[joint], 'hz': hz, 'velocity': float(size[joint]),

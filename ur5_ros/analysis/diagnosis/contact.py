@@ -10,7 +10,7 @@ from ur5_ros.analysis.residual import residual
 from ur5_ros.model.kinematics import jacobian
 
 #: Share of the squared residual that must lie within the time of contact.
-SHARE = 0.99
+CONTACT_SHARE = 0.99
 
 
 def contact_cause(run: Run, limit: float) -> dict[str, Any] | None:
@@ -32,7 +32,7 @@ def contact_cause(run: Run, limit: float) -> dict[str, Any] | None:
         touched[first:last] = True
     power = np.sum(torque**2, axis=1)
     share = float(power[touched].sum() / power.sum())
-    if share < SHARE:
+    if share < CONTACT_SHARE:
         return None
     worst = int(np.argmax(power))
     pair = next(bodies for bodies, first, last in spans if first <= worst < last)

@@ -12,10 +12,10 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.regressor import dynamics_regressor, link_parameters
 
 #: Blocks that are looked at.
-BLOCKS = 150
+MOST_BLOCKS = 150
 
 #: Differences are named until so much of the squared residual is explained.
-EXPLAINED = 0.9995
+EXPLAINED_SHARE = 0.9995
 
 #: Field -> what it is called, unit.
 _LINKS = {'mass': ('mass', 'kg'), 'com': ('centre of mass', 'm'), 'inertia': ('tensor', 'kg m^2'),
@@ -55,7 +55,7 @@ class Mending(NamedTuple):
     def words(self) -> str:
         """Return the differences that matter in words, and the names of the others."""
         count = 1 + next((i for i, each in enumerate(self.differences)
-                          if each.together > EXPLAINED), len(self.differences) - 1)
+                          if each.together > EXPLAINED_SHARE), len(self.differences) - 1)
         named = [each for i, each in enumerate(self.differences)
                  if i < count or each.parameter.startswith(('gravity', 'geometry'))]
         rest = ', '.join(_of_link(each.parameter) for each in self.differences
@@ -79,7 +79,7 @@ def differences(law: ArmParameters, plant: ArmParameters, samples: SampleBlocks,
 
     ``weight`` (b, 6): weight of each block and joint.
     """
-    keep = np.unique(np.linspace(0, len(samples.q) - 1, BLOCKS).astype(int))
+    keep = np.unique(np.linspace(0, len(samples.q) - 1, MOST_BLOCKS).astype(int))
     torque, w = _Torque(samples.rows(keep), law), weight[keep]
     state = _state(law)
 

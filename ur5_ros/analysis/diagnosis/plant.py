@@ -49,16 +49,16 @@ LEAST_TORQUE = 1e-9
 SMALL_EXACT, SMALL_MEASURED = 1e-6, 0.02
 
 #: How far a real robot's gravity may be from none, the arm's own, or twice that, as a share.
-POSSIBLE = 0.02
+GRAVITY_TOLERANCE = 0.02
 
 #: Less than this is another gravity by rounding: its turn [rad], and the change of its size.
 TURNED, CHANGED = np.radians(1.0), 5e-4
 
 #: Kinds of friction that are the same torque as long as a joint turns one way.
-ONE_WAY = ('Coulomb friction', 'load-dependent friction', 'Stribeck friction')
+ONE_WAY_FRICTION = ('Coulomb friction', 'load-dependent friction', 'Stribeck friction')
 
 #: What a cause says that is not found from what a real robot would have recorded.
-EXACT = 'from the exact states, which are recorded beside the measured ones'
+EXACT_NOTE = 'from the exact states, which are recorded beside the measured ones'
 
 #: Positions within this are one pose [rad], and what its only cause may leave of the torque.
 ONE_POSE, LEFT_AT_REST = 1e-3, 0.05
@@ -75,7 +75,7 @@ def plant_causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     """
     found = _causes(run, arm)
     if run.truth is not None and replace(run, truth=None).noisy:
-        found = [{**cause, 'states': 'exact', 'sentence': f'{cause["sentence"]}; {EXACT}'}
+        found = [{**cause, 'states': 'exact', 'sentence': f'{cause["sentence"]}; {EXACT_NOTE}'}
                  for cause in found]
     return found
 
@@ -130,7 +130,7 @@ def _is_gravity_possible(fit: Fit, causes: Causes) -> bool:
     gravity = causes.arm.gravity
     found = gravity + fit.value[fit.part('gravity', causes)]
     own, size = float(np.linalg.norm(gravity)), float(np.linalg.norm(found))
-    if min(abs(size / own - known) for known in (0.0, 1.0, 2.0)) >= POSSIBLE:
+    if min(abs(size / own - known) for known in (0.0, 1.0, 2.0)) >= GRAVITY_TOLERANCE:
         return False
     cosine = float(found @ gravity) / max(size * own, 1e-300)
     return cosine < np.cos(TURNED) or abs(size / own - 1.0) > CHANGED
@@ -138,7 +138,7 @@ def _is_gravity_possible(fit: Fit, causes: Causes) -> bool:
 
 def _with_one_way(cause: dict[str, Any], samples: SampleBlocks) -> dict[str, Any]:
     """Return a cause of friction with the joints that never turn back: an offset looks like it."""
-    if cause['kind'] not in ONE_WAY:
+    if cause['kind'] not in ONE_WAY_FRICTION:
         return cause
     speed = np.where(sliding(samples), samples.qd.mean(axis=1), 0.0)
     back = np.logical_and((speed > 0.0).any(axis=0), (speed < 0.0).any(axis=0)).tolist()

@@ -14,10 +14,10 @@ MIN_SIGNAL = 40.0
 SIGNIFICANT = 5.0
 
 #: A change of the values by less than this share of the largest makes no confounder.
-SLIGHT = 1e-3
+SMALLEST_CHANGE = 1e-3
 
 #: A load's centre of mass is within this distance of the tool flange [m].
-REACH = 1.0
+LARGEST_COM_DISTANCE = 1.0
 
 #: A gravity whose size is not none, once or twice the arm's, within this share of it, must leave
 #: this many times less than another cause does; less than that share does not count.
@@ -99,7 +99,7 @@ def with_confounders(best: Fit, causes: Causes) -> Fit:
         significant = np.abs(trial.value[count:]) > SIGNIFICANT * trial.error[count:]
         if significant.any() and (moved > SIGNIFICANT * best.error).any():
             error = np.maximum(error, np.hypot(moved, trial.error[:count]))
-            if moved.max() > SLIGHT * np.abs(best.value).max():
+            if moved.max() > SMALLEST_CHANGE * np.abs(best.value).max():
                 confounders.append(name)
     return best._replace(error=error, confounders=tuple(confounders))
 
@@ -168,7 +168,7 @@ def _can_be_a_load(found: Fit, causes: Causes) -> bool:
     if value[0] < -1.02 * declared - SIGNIFICANT * error[0]:  # 2 % for the averaging of blocks
         return False
     arm = np.linalg.norm(value[1:4]) - SIGNIFICANT * np.linalg.norm(error[1:4])
-    return bool(arm <= REACH * max(abs(value[0]), SIGNIFICANT * error[0]))
+    return bool(arm <= LARGEST_COM_DISTANCE * max(abs(value[0]), SIGNIFICANT * error[0]))
 
 
 def _effective_left(found: Fit, causes: Causes) -> float:

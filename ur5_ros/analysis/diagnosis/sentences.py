@@ -11,7 +11,7 @@ from ur5_ros.signals import JOINT_NAMES
 PRECISION = 1e-9
 
 #: What a mass may be uncertain by before it is not named, as a share of it.
-VAGUE = 0.5
+VAGUE_SHARE = 0.5
 
 #: What a centre of mass may be uncertain by before it is not named [m].
 VAGUE_CENTRE = 0.05
@@ -56,7 +56,7 @@ def unexplained(left: float, still: bool) -> dict[str, Any]:
 
 def _payload(value, error, determined) -> dict[str, Any]:
     mass = float(value[0])
-    if not determined[0] or error[0] > VAGUE * abs(mass):
+    if not determined[0] or error[0] > VAGUE_SHARE * abs(mass):
         return {'kind': 'payload', 'determined': False,
                 'sentence': 'a load at the tool explains it, but this motion does not determine '
                 'its mass; turn the wrists to several poses'}

@@ -25,7 +25,7 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 
 #: Share of the base parameters that a motion must determine.
-LEAST = 0.5
+LEAST_DETERMINED = 0.5
 
 #: Times that fit and families of friction are found in turn, and a residual that is rounding.
 FAMILY_PASSES, ROUNDING = 3, 1e-8
@@ -146,7 +146,7 @@ def _determined(estimate: Estimate, base: BaseParameters, arm: ArmParameters) ->
     count = len(base.columns)
     typical = np.abs(base.combination) @ typical_sizes(arm)
     determined = estimate.determined[:count] & (estimate.error[:count] < typical)
-    if determined.mean() < LEAST:
+    if determined.mean() < LEAST_DETERMINED:
         lost = [name for name, known in zip(base.names, determined, strict=True) if not known]
         raise InputError(
             f'these runs excite {determined.sum()} of {count} base parameters, too few to '

@@ -15,7 +15,7 @@ POINT_MASS = 1e-5
 
 #: Sharpest information that the solver is given, in parts of a parameter's usual size; what is
 #: known better is put right by one step onto it.
-SHARP = 1e5
+SHARPEST = 1e5
 
 #: How well the arm that is there is known: each body to its own size, rotors to this [kg m^2].
 ROTOR_SPREAD = 30.0
@@ -116,10 +116,10 @@ def nearest_bodies(x: np.ndarray) -> np.ndarray:
 
 
 def _information(factor: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return rows of the information, no sharper than :data:`SHARP`, and those that were."""
+    """Return rows of the information, no sharper than :data:`SHARPEST`, and those that were."""
     _, strength, basis = np.linalg.svd(factor * size, full_matrices=False)
     rows = basis / size
-    return np.minimum(strength, SHARP)[:, None] * rows, rows[strength > SHARP]
+    return np.minimum(strength, SHARPEST)[:, None] * rows, rows[strength > SHARPEST]
 
 
 def _onto_fit(x: np.ndarray, rows: np.ndarray, value: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 PASSES = 6
 
 #: A residual beyond so many of its joint's own size loses weight (Huber 1964).
-OUTLYING = 4.0
+OUTLIER_RATIO = 4.0
 
 #: Length of the blocks left out for the standard errors [s], least and most of them.
 BLOCK, LEAST_BLOCKS, MOST_BLOCKS = 1.0, 10, 80
@@ -66,7 +66,7 @@ def least_squares(
         if spread.max() < ROUNDING * scale:
             break
         spread = np.maximum(spread, max(1e-6 * scale, floor))
-        surplus = np.maximum(np.abs(residual) / (OUTLYING * spread), 1.0)
+        surplus = np.maximum(np.abs(residual) / (OUTLIER_RATIO * spread), 1.0)
         weight = known / (spread * np.sqrt(surplus))
     value, basis, strength, size = _solve(x, y, weight)
     residual = y - x @ value

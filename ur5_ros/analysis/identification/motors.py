@@ -20,7 +20,7 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES
 
 #: Fewest windows that a joint's motor is fitted to.
-FEWEST = 40
+FEWEST_WINDOWS = 40
 
 
 class Motors(NamedTuple):
@@ -170,7 +170,7 @@ class _JointMotor(NamedTuple):
 def _joint(effort, current, features, sliding, block, test) -> _JointMotor:
     """Return the motor of one joint; columns of the arguments of :func:`motors_from`."""
     use = sliding & np.isfinite(current) & np.isfinite(effort)
-    if use.sum() < FEWEST or np.ptp(effort[use]) == 0.0:
+    if use.sum() < FEWEST_WINDOWS or np.ptp(effort[use]) == 0.0:
         return _JointMotor()
     x, y = np.column_stack([effort, features])[use], current[use]
     block = np.unique(block[use], return_inverse=True)[1]

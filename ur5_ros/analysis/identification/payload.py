@@ -14,7 +14,7 @@ LARGEST_ERROR = 0.5
 
 #: How well the torque of an arm without a load is known, as a share of its largest joint's:
 #: gravity alone differs between makers by a thousandth.
-MODEL = 1e-3
+MODEL_ERROR = 1e-3
 
 #: Standard errors from which on a mass is there, and has a centre.
 SIGNIFICANT = 3.0
@@ -75,7 +75,7 @@ def payload_from(
         return PayloadEstimate(run, quantity, np.nan, np.nan, nothing, nothing)
     block = blocks_of(rows.time, rows.run)
     largest = np.sqrt(np.max(np.mean(np.nan_to_num(expected)**2, axis=0)))
-    fit = least_squares(load, np.nan_to_num(missing), known, block, MODEL * largest)
+    fit = least_squares(load, np.nan_to_num(missing), known, block, MODEL_ERROR * largest)
     mass = float(fit.value[0])
     error = float(np.hypot(fit.error[0], mass * _drive_error(load, fit.weight, motors)))
     if not fit.determined[0] or error > LARGEST_ERROR:

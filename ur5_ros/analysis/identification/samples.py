@@ -12,7 +12,7 @@ from ur5_ros.model.parameters import ArmParameters
 
 #: Speed under which the direction of dry friction is not determined [rad/s]: of measured states,
 #: and of states without noise from a plant whose time step is the period.
-SLOW, SLOW_EXACT = 5e-3, 1e-6
+SLOW_SPEED, SLOW_EXACT = 5e-3, 1e-6
 
 #: Time over which measured speeds are averaged for their direction [s].
 DIRECTION_TIME = 0.02
@@ -89,7 +89,7 @@ def samples_of(run: Run, arm: ArmParameters,
         if np.ptp(warmer, axis=0).max() < LEAST_WARMING:
             warmer = None
     exact = not noisy and run.substeps == 1
-    slow = SLOW_EXACT if exact else SLOW
+    slow = SLOW_EXACT if exact else SLOW_SPEED
     parts = []
     for rows in _stretches(whole):
         v = speed[rows]

@@ -15,7 +15,7 @@ from ur5_ros.analysis.result import Result
 from ur5_ros.signals import JOINT_NAMES
 
 #: A curve is drawn through the least and the greatest value of each of so many pieces.
-PIECES = 360
+CURVE_PIECES = 360
 
 
 def figures(result: Result) -> list[Figure]:
@@ -61,7 +61,7 @@ def curve(t, values, name: str, colour: str, dash: str = 'solid', width: float =
             'line': {'color': colour, 'width': width, 'dash': dash}}
 
 
-def envelope(values: np.ndarray, pieces: int = PIECES) -> np.ndarray:
+def envelope(values: np.ndarray, pieces: int = CURVE_PIECES) -> np.ndarray:
     """Return the rows of least and greatest value of each piece, in order; all where few."""
     n = len(values)
     if n <= 2 * pieces:
@@ -113,7 +113,7 @@ def _tool_figures(series) -> list[Figure]:
 
 def path_trace(points: np.ndarray, name: str, colour: str, dash: str = 'solid') -> dict:
     """Return the way of points (n, 3) in the x-y plane."""
-    rows = np.unique(np.linspace(0, len(points) - 1, 2 * PIECES).round().astype(int))
+    rows = np.unique(np.linspace(0, len(points) - 1, 2 * CURVE_PIECES).round().astype(int))
     return {'type': 'scatter', 'mode': 'lines', 'name': name, 'x': packed(points[rows, 0]),
             'y': packed(points[rows, 1]), 'line': {'color': colour, 'width': 2, 'dash': dash}}
 

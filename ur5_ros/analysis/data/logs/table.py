@@ -21,7 +21,7 @@ LEAST_SHARE = 0.5
 FURTHEST, MAY_TURN = 13.0, 5
 
 #: Share of the rows up to which such angles are glitches, not another unit.
-FEW = 0.02
+GLITCH_SHARE = 0.02
 
 
 class LogTable(NamedTuple):
@@ -171,7 +171,7 @@ def _beyond_turning(log: Path, q: np.ndarray, lines: np.ndarray) -> np.ndarray:
     """Return the few rows with positions that no joint has; InputError for many: other units."""
     far = np.abs(q[:, :MAY_TURN])
     beyond = (far > FURTHEST).any(axis=1)
-    if beyond.mean() > FEW or len(q) - beyond.sum() < 2:
+    if beyond.mean() > GLITCH_SHARE or len(q) - beyond.sum() < 2:
         row, joint = np.unravel_index(int(np.argmax(far)), far.shape)
         raise InputError(
             f'{log}: line {lines[row]}: joint {joint + 1} is at {q[row, joint]:.6g} rad, further '

@@ -9,10 +9,10 @@ import numpy as np
 STEP, SPEED_FACTOR, ACCELERATION = 0.01, 2.0, 10.0
 
 #: Speed assumed where none is measured [rad/s].
-SPEED = 7.0
+ASSUMED_SPEED = 7.0
 
 #: Sources that are distinguished, and share of the rows below which one at an end is an accident.
-MAX_SOURCES, SMALL = 32, 0.01
+MAX_SOURCES, SMALL_SHARE = 32, 0.01
 
 
 class Continuity(NamedTuple):
@@ -37,7 +37,7 @@ def judge_continuity(t: np.ndarray, q: np.ndarray, qd: np.ndarray | None) -> Con
     ``t`` (n,): time [s], increasing; ``q`` (n, 6): positions [rad]; ``qd`` (n, 6): velocities
     [rad/s]; None where they are not measured.
     """
-    speed = np.full(len(q), SPEED) if qd is None else np.abs(qd).max(axis=1)
+    speed = np.full(len(q), ASSUMED_SPEED) if qd is None else np.abs(qd).max(axis=1)
     linked = _allowed(t[:-1], t[1:], q[:-1], q[1:], speed[:-1], speed[1:])
     if linked.all():
         return Continuity(np.ones(len(q), dtype=bool), 0, np.zeros(0, dtype=int))
@@ -75,7 +75,7 @@ def _main_source(sources: list[list[int]], begins, ends, count: int) -> Continui
     keep, jumps, interleaved = np.zeros(count, dtype=bool), [], 0
     for i, source in enumerate(sources):
         apart = source[-1] < first or source[0] > last
-        if i != main and not (apart and size[i] > max(1.0, SMALL * size[main])):
+        if i != main and not (apart and size[i] > max(1.0, SMALL_SHARE * size[main])):
             interleaved += 1
             continue
         for piece in source:

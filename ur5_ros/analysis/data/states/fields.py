@@ -30,7 +30,7 @@ SPIKE, NO_UNIT = 100.0, 1e6
 FURTHEST, MAY_TURN = 13.0, 5
 
 #: A joint that moves by more than this has a velocity [rad].
-MOVES = 1e-2
+MOVING_ANGLE = 1e-2
 
 
 class Fields(NamedTuple):
@@ -137,7 +137,7 @@ def _interleave(whole: np.ndarray) -> bool:
 def _is_idle(position: np.ndarray, velocity: np.ndarray, remarks: list[str]) -> bool:
     """Return whether a velocity is zero throughout although its joint moves."""
     idle = (np.nan_to_num(velocity) == 0.0).all(axis=0) & (
-        np.ptp(np.nan_to_num(position - np.nanmedian(position, axis=0)), axis=0) > MOVES)
+        np.ptp(np.nan_to_num(position - np.nanmedian(position, axis=0)), axis=0) > MOVING_ANGLE)
     if not idle.any():
         return False
     named = [joint for joint, bad in zip(JOINT_NAMES, idle, strict=True) if bad]

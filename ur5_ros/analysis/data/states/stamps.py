@@ -13,7 +13,7 @@ JITTER = 0.01
 STRAY, FEW = 10.0, 0.05
 
 #: Share of the stamps that must differ.
-DIFFERENT = 0.5
+DIFFERENT_SHARE = 0.5
 
 #: A clock jumps where its step differs from that of the log by this time [ns] and by this many
 #: periods; most jumps, and fewest states between two.
@@ -30,7 +30,7 @@ def usable_stamps(columns: Columns, counts: dict[str, int], remarks: list[str]) 
     stamp = columns.stamp
     if _are_different(columns, stamp):
         return _without_jumps(columns, remarks)
-    if len(np.unique(columns.log_time)) <= DIFFERENT * len(stamp):
+    if len(np.unique(columns.log_time)) <= DIFFERENT_SHARE * len(stamp):
         return stamp
     which = 'zero' if not stamp.any() else 'repeated for most states'
     remarks.append(f'stamps are {which}; the log time was used')
@@ -41,10 +41,10 @@ def usable_stamps(columns: Columns, counts: dict[str, int], remarks: list[str]) 
 def _are_different(columns: Columns, stamp: np.ndarray) -> bool:
     """Return whether most stamps differ, copies of a message counted once."""
     different = len(np.unique(stamp))
-    if different > DIFFERENT * len(stamp):
+    if different > DIFFERENT_SHARE * len(stamp):
         return True
     rows = np.column_stack([stamp, np.ascontiguousarray(columns.position).view(np.int64)])
-    return bool(different > DIFFERENT * len(np.unique(rows, axis=0)))
+    return bool(different > DIFFERENT_SHARE * len(np.unique(rows, axis=0)))
 
 
 def _without_jumps(columns: Columns, remarks: list[str]) -> np.ndarray:

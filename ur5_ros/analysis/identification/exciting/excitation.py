@@ -25,10 +25,10 @@ RATE, LIMIT_RATE = 8.0, 50.0
 NOISE_RATE, NOISE = 100.0, 0.01
 
 #: Share of a joint's limits in speed and torque that is used.
-USED = 0.9
+USED_SHARE = 0.9
 
 #: Widest swing about the start [rad].
-SWING = 2.4
+WIDEST_SWING = 2.4
 
 #: Speed over which dry friction changes its direction in the condition number [rad/s].
 DIRECTION_SPEED = 0.02
@@ -77,7 +77,7 @@ class _Problem:
         self.basis = _basis(t, seconds, harmonics, ramp)
         self.every = round(LIMIT_RATE / RATE)
         limits = arm.limits
-        self.speed, self.acceleration = USED * limits.velocity, np.full(6, acceleration)
+        self.speed, self.acceleration = USED_SHARE * limits.velocity, np.full(6, acceleration)
         self.lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi) + 0.05
         self.upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi) - 0.05
 
@@ -85,7 +85,7 @@ class _Problem:
         """Return start (6,), coefficients (2h, 6), and the motion of a point of the search."""
         start, share, free = z[:6], np.clip(z[6:12], 0.05, 1.0), z[12:].reshape(-1, 6)
         swing, rate, change = (part @ free for part in self.basis)
-        half = np.minimum(SWING, np.minimum(start - self.lower, self.upper - start))
+        half = np.minimum(WIDEST_SWING, np.minimum(start - self.lower, self.upper - start))
         # each joint takes its share of what position, speed and acceleration let it have
         most = np.max([np.abs(swing).max(axis=0) / np.maximum(half, 1e-3),
                        np.abs(rate).max(axis=0) / self.speed,
@@ -116,7 +116,7 @@ class _Problem:
         """Return by which share torque and clearance are broken; 0 = not at all."""
         angles = motion.q + self.arm.angle_offset
         torque = np.abs(inverse_dynamics(angles, motion.qd, motion.qdd, self.arm))
-        over = float((torque / (USED * self.arm.limits.effort)).max()) - 1.0
+        over = float((torque / (USED_SHARE * self.arm.limits.effort)).max()) - 1.0
         near = float(1.0 - clearance_of(angles, self.arm).min() / self.clearance)
         return max(over + margin, 0.0) + max(near + margin, 0.0)
 
