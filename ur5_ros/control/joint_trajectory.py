@@ -133,8 +133,7 @@ def check_points(
         _check_arrays(point, i + 1, joints)
         if point.time_from_start < 0:
             raise InputError(f'point {i + 1} has time_from_start '
-                             f'{point.time_from_start / SECOND} s; '
-                             'give zero or more')
+                             f'{point.time_from_start / SECOND} s; give zero or more')
         if i and point.time_from_start <= points[i - 1].time_from_start:
             raise InputError(f'point {i + 1} has time_from_start '
                              f'{point.time_from_start / SECOND} s, '

@@ -32,6 +32,7 @@ from ur5_ros.config.topics import (
     Topic,
 )
 from ur5_ros.config.worlds import EMPTY, world_from, world_text
+from ur5_ros.control.kernel import FEEDBACK, TOTAL
 from ur5_ros.loop.loop_run import LoopRun
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.rotations import position_and_quaternion
@@ -41,7 +42,6 @@ from ur5_ros.sim.urdf import urdf_text
 
 _NODES = {'sim': SIM_NODE, 'control': CONTROL_NODE}
 _TOPICS = {'sim': SIM_TOPICS, 'control': CONTROL_TOPICS}
-_TOTAL, _FEEDBACK = Torque._fields.index('total'), Torque._fields.index('feedback')
 
 
 def record(run: LoopRun, folder: Path) -> None:
@@ -108,12 +108,12 @@ class _Bags:
         if not self._exact:
             sim.write('ground_truth', self._state.encode(*truth))
         control.hashed('joint_states', data)
-        data = self._command.encode(stamp, (), (), torque[_TOTAL])
+        data = self._command.encode(stamp, (), (), torque[TOTAL])
         if acts:
             sim.hashed('joint_command', data)
         control.hashed('joint_command', data)
         control.write('reference', self._reference.encode(
-            stamp, *reference, torque[_TOTAL] - torque[_FEEDBACK]))
+            stamp, *reference, torque[TOTAL] - torque[FEEDBACK]))
         control.write('torque_parts', self._parts.encode(stamp, (), (), torque.ravel()))
         if self._monitor_period and stamp // self._monitor_period != self._monitored:
             self._monitored = stamp // self._monitor_period

@@ -11,6 +11,7 @@ from ur5_ros.cdr.fixed_messages import (
     encode_stamp,
 )
 from ur5_ros.config.node_parameters import ControlParameters
+from ur5_ros.control.kernel import FEEDBACK, TOTAL
 from ur5_ros.nodes.ros.outputs import Outputs
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Topics
@@ -18,7 +19,6 @@ from ur5_ros.signals import ArmState, Reference, Torque
 
 #: Parts of the commanded torque, as ``~/torque_parts`` names them.
 PARTS = Torque._fields
-TOTAL, FEEDBACK = PARTS.index('total'), PARTS.index('feedback')
 _TOTAL = slice(48 * TOTAL, 48 * TOTAL + 48)
 
 

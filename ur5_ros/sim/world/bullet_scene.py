@@ -13,7 +13,7 @@ from ur5_ros.sim.world.contact_rows import FIRST_BODY, POINT
 
 #: Stiffness and so on of the arm and its tool: what is written for a body is that of the pair.
 _ARM = (1.0, 1.0, 0.0, 0.0)
-#: Links this much nearer on the chain do not touch each other.
+#: Links that are nearer to each other on the chain do not touch.
 _SELF_CONTACT_LINKS = 3
 
 #: No contact at all.
@@ -104,7 +104,7 @@ class BulletScene:
         except pybullet.error as error:
             what = f'mesh {body.file}' if body.file else f'shape {body.shape}'
             raise InputError(f'world {self.world.name}: body {body.name}: {what} cannot be read '
-                          f'({error}); give an OBJ or STL file with faces') from None
+                             f'({error}); give an OBJ or STL file with faces') from None
         pybullet.changeVisualShape(number, -1, rgbaColor=[*body.colour, 1.0],
                                    physicsClientId=client)
         return number

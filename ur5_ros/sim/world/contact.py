@@ -95,8 +95,8 @@ class ContactWorld:
             worst = int(points[:, GAP].argmin())
             one, other = pairs[worst]
             raise InputError(f'world {self.world.name}: {one} and {other} overlap by '
-                          f'{-1e3 * points[worst, GAP]:.3g} mm at the start; move the '
-                          'body, or change initial_positions')
+                             f'{-1e3 * points[worst, GAP]:.3g} mm at the start; move the body, '
+                             'or change initial_positions')
 
     def step(self, bullet: BulletArm, state: Sequence[float], tau: Sequence[float],
              integrator: PlantIntegrator) -> tuple[tuple[float, ...], np.ndarray]:
