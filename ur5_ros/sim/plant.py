@@ -21,7 +21,6 @@ from ur5_ros.sim.motors import Motors
 from ur5_ros.sim.payload import HeldPayload
 from ur5_ros.sim.plant_parameters import PlantParameters
 from ur5_ros.sim.sensing import Sensor
-from ur5_ros.sim.torque_mode import TorqueMode
 from ur5_ros.sim.world.contact_monitor import ContactMonitor
 
 
@@ -89,14 +88,14 @@ class Plant:
         check_initial_state(arm, start.initial_positions)
         self._substeps = physics_rate // self._rate
         self.mechanics = Mechanics(arm, 1.0 / physics_rate, start.gui, world_from(start))
-        self._motors = Motors(self.mechanics, start)
         self._event_log = EventLog(arm)
-        self._torque_mode = TorqueMode(start, self._event_log)
+        self._motors = Motors(self.mechanics, start, self._event_log)
         self._payload = HeldPayload(start)
         self._sensor = Sensor(start)
         self._delay = CommandDelay()
         self._contact_monitor = ContactMonitor(self._rate)
         self._wrench = ExternalWrench(self._rate)
+        self.state: ArmState
         self.k = 0
         self._count_period()
         self._apply_parameters()
@@ -140,9 +139,9 @@ class Plant:
             command = self._take_due(command)
         self._delay.acting = command
         gravity = self.mechanics.declared_gravity() if self._sensor.excludes_gravity else None
-        effort, clamped = self._torque(command)
-        moved = self.mechanics.advance(effort, self._substeps)
         before = self.stamp
+        effort, clamped = self._motors.torque(command, before, self.state.qd)
+        moved = self.mechanics.advance(effort, self._substeps)
         self._count_period()
         self.truth = truth = ArmState(self.stamp, *self.mechanics.state(), effort)
         log = self._event_log
@@ -205,7 +204,7 @@ class Plant:
         self._sensor.clear()
         self.mechanics.reset_world()
         self._contact_monitor.clear()
-        self._torque_mode.resume()
+        self._motors.torque_mode.resume()
         self._start()
         self._log('reset', 'back at the initial state', position=self.truth.q.tolist(),
                    velocity=self.truth.qd.tolist())
@@ -239,7 +238,7 @@ class Plant:
         """Let commands act again after silence ended torque mode; return what to answer."""
         if self.stopped:
             return 'a protective stop is latched; call ~/reset'
-        return self._torque_mode.resume()
+        return self._motors.torque_mode.resume()
 
     def drain_events(self) -> list[Event]:
         """Return what happened since the last call, in the order in which it did."""
@@ -297,26 +296,6 @@ class Plant:
             command = self._delay.exchange(self.k, command, self.parameters.delay_command_periods)
         self._look_ahead()
         return command
-
-    def _torque(self, command: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Return the torque of the motors [N m] and the joints where it was clamped."""
-        log, mode, limited = self._event_log, self._torque_mode, NO_JOINTS
-        if mode.matters:
-            command = mode.admit(command, self.stamp)
-        if command is None or log.stopped:
-            return self._fall_back(), NO_JOINTS
-        if log.fallback:
-            log.fall_back(self.stamp, '')
-        if mode.matters:
-            command, limited = mode.limit(command)
-        effort, clamped = self._motors.saturate(command, self.state.qd)
-        return effort, clamped if limited is NO_JOINTS else clamped | limited
-
-    def _fall_back(self) -> np.ndarray:
-        mode = 'brake' if self.stopped else self.parameters.fallback
-        self._event_log.fall_back(self.stamp, mode)
-        self._event_log.counts['fallback_periods'] += 1
-        return self._motors.fall_back(mode)
 
     def _log(self, kind: str, message: str, /, **values: Any) -> None:
         self._event_log.add(self.stamp, kind, message, **values)
