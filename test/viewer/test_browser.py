@@ -29,7 +29,7 @@ def shown(browser, view, size, t: float, folder: Path, dark: bool = False) -> np
     browser.open(view.page.address, *size, dark=dark)
     view.time.value = 0.0
     browser.wait("document.querySelectorAll('canvas').length >= 4")
-    view.time.value = t
+    view.time.value = float(t)
     browser.wait(f"document.body.innerText.includes('t = {t:.3f} s')")
     time.sleep(3.0)  # the scene is drawn in software
     path = browser.photograph(folder / f'view_{size[0]}_{"dark" if dark else "light"}.png')
@@ -92,7 +92,7 @@ def column(picture: np.ndarray, box: list[float], share: float) -> int:
 @pytest.mark.parametrize('size', [WIDE, NARROW], ids=['wide', 'narrow'])
 def test_each_chart_has_a_numbered_line_where_something_was_added_to_the_plant(
         browser, loaded, size, tmp_path):
-    shown(browser, loaded, size, loaded.page_times[5], tmp_path)
+    shown(browser, loaded, size, loaded.track.t[5], tmp_path)
     words = browser.evaluate('document.body.innerText')
     assert 'from 2 s: payload.mass 1.5' in words and 'from 4 s: friction.viscous 2' in words
     for number in range(3):
@@ -100,7 +100,7 @@ def test_each_chart_has_a_numbered_line_where_something_was_added_to_the_plant(
         time.sleep(1.0)
         picture = np.asarray(Image.open(browser.photograph(tmp_path / 'chart.png')).convert(
             'RGB')).astype(int)
-        end = loaded.page_times[-1]
+        end = float(loaded.track.t[-1])
         lines = [column(picture, box, t / end) for t in (2.0, 3.1, 4.0)]
         assert min(lines[0], lines[2]) > 0.25 * box[3] > 2 * lines[1], (number, lines)
     assert not browser.console
@@ -108,7 +108,7 @@ def test_each_chart_has_a_numbered_line_where_something_was_added_to_the_plant(
 
 def test_the_pointer_shows_values_and_a_joint_is_hidden_in_every_chart_by_keys(browser, loaded,
                                                                                tmp_path):
-    shown(browser, loaded, WIDE, loaded.page_times[5], tmp_path)
+    shown(browser, loaded, WIDE, loaded.track.t[5], tmp_path)
     left, top, wide, high = chart(browser, 0)
     browser.ask('Input.dispatchMouseEvent', type='mouseMoved', x=left + wide / 2,
                 y=top + high / 2)
@@ -119,7 +119,7 @@ def test_the_pointer_shows_values_and_a_joint_is_hidden_in_every_chart_by_keys(b
         "})()")
     t, torque = (float(legend[name].replace('\u2212', '-')) for name in ('t [s]', 'elbow'))
     row = loaded.track.row(t)
-    assert t == pytest.approx(loaded.page_times[-1] / 2, abs=0.2)
+    assert t == pytest.approx(loaded.track.t[-1] / 2, abs=0.2)
     assert torque == pytest.approx(loaded.track.effort[row, 2], abs=0.1)
     hidden = ("[...document.querySelectorAll('.u-legend')].map((legend) => [...legend"
               ".querySelectorAll('.u-series.u-off .u-label')].map((each) => each.innerText)"
@@ -141,7 +141,7 @@ def test_the_pointer_shows_values_and_a_joint_is_hidden_in_every_chart_by_keys(b
 @pytest.mark.parametrize('size', [WIDE, NARROW], ids=['wide', 'narrow'])
 def test_the_page_shows_arm_paths_numbers_and_curves_and_says_nothing(browser, view, size, dark,
                                                                       tmp_path):
-    t = view.page_times[len(view.page_times) // 2]
+    t = view.track.t[len(view.track.t) // 2]
     picture = shown(browser, view, size, t, tmp_path, dark)
     lids = (105, 150, 185) if dark else (112, 158, 194)
     reference = (200, 60, 180)
@@ -156,7 +156,7 @@ def test_the_page_shows_arm_paths_numbers_and_curves_and_says_nothing(browser, v
 
 
 def test_in_a_narrow_window_the_whole_arm_stands_above_the_panel(browser, view, tmp_path):
-    picture = shown(browser, view, NARROW, view.page_times[40], tmp_path)
+    picture = shown(browser, view, NARROW, view.track.t[40], tmp_path)
     left, top, right, bottom = panel(browser)
     assert (left, right, bottom) == (0, *NARROW)
     notices = browser.evaluate("[...document.querySelectorAll('.mantine-Notification-root')].map("
@@ -170,7 +170,7 @@ def test_in_a_narrow_window_the_whole_arm_stands_above_the_panel(browser, view, 
 
 
 def test_the_arm_moves_with_the_timeline(browser, view, tmp_path):
-    first, last = (shown(browser, view, WIDE, view.page_times[i], tmp_path)[:, :860]
+    first, last = (shown(browser, view, WIDE, view.track.t[i], tmp_path)[:, :860]
                    for i in (0, -1))
     assert (np.abs(first - last).max(axis=-1) > 60).sum() > 2000
 
@@ -178,7 +178,7 @@ def test_the_arm_moves_with_the_timeline(browser, view, tmp_path):
 @pytest.mark.parametrize('size', [WIDE, NARROW], ids=['wide', 'narrow'])
 def test_the_keyboard_reaches_and_moves_the_timeline_and_leaves_the_camera(browser, view, size,
                                                                            tmp_path):
-    shown(browser, view, size, view.page_times[0], tmp_path)
+    shown(browser, view, size, view.track.t[0], tmp_path)
     reached = []
     for _ in range(12):
         browser.key('Tab', 9)
@@ -199,7 +199,7 @@ def test_the_keyboard_reaches_and_moves_the_timeline_and_leaves_the_camera(brows
 
 
 def test_space_on_the_button_and_the_key_p_play_and_pause(browser, view, tmp_path):
-    shown(browser, view, WIDE, view.page_times[0], tmp_path)
+    shown(browser, view, WIDE, view.track.t[0], tmp_path)
     browser.evaluate('document.activeElement.blur()')
     browser.key('p', 80, 'KeyP')
     until(lambda: view.play.label == 'Pause')
@@ -212,7 +212,7 @@ def test_space_on_the_button_and_the_key_p_play_and_pause(browser, view, tmp_pat
 
 
 def test_the_page_asks_nothing_of_the_network(browser, view, tmp_path):
-    shown(browser, view, WIDE, view.page_times[5], tmp_path)
+    shown(browser, view, WIDE, view.track.t[5], tmp_path)
     asked = browser.evaluate(
         "performance.getEntriesByType('resource').map(entry => entry.name).join(' ')")
     assert not [each for each in asked.split()
@@ -220,13 +220,13 @@ def test_the_page_asks_nothing_of_the_network(browser, view, tmp_path):
 
 
 def test_play_moves_the_timeline_and_ends_at_the_end(view):
-    view.time.value = float(view.page_times[-1]) - 0.5
+    view.time.value = float(view.track.t[-1]) - 0.5
     view.play_or_pause()
     view.advance(0.2)
     assert view.play.label == 'Pause'
-    assert view.time.value == pytest.approx(view.page_times[-1] - 0.3)
+    assert view.time.value == pytest.approx(view.track.t[-1] - 0.3)
     view.advance(10.0)
-    assert (view.play.label, view.time.value) == ('Play', pytest.approx(view.page_times[-1]))
+    assert (view.play.label, view.time.value) == ('Play', pytest.approx(view.track.t[-1]))
 
 
 def test_only_this_machine_can_reach_the_page(view):

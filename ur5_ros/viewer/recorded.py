@@ -53,11 +53,6 @@ class RecordedView:
         gui.add_command('Play or pause', hotkey='P').on_trigger(lambda _: self.play_or_pause())
         self._show()
 
-    @property
-    def page_times(self) -> list[float]:
-        """Return the times of the rows [s]."""
-        return self.track.t.tolist()
-
     def serve(self) -> None:
         """Move the timeline while it plays, until interrupted."""
         last = time.monotonic()
