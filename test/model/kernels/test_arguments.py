@@ -47,7 +47,7 @@ def test_one_state_and_some_give_the_same_bits(function, count, tail):
 @pytest.mark.parametrize('extra', [0, 1, 7, 13])
 def test_many_states_on_all_processors_give_the_same_bits(function, count, tail, extra):
     arm = load_arm('ur5_real')
-    size = compiled.PARALLEL_STATES + extra
+    size = compiled.HOT_PARALLEL_STATES + extra
     many = arguments(count, (size,))
     out = function(*many, arm)
     parts = np.concatenate([function(*(x[i:i + 500] for x in many), arm)
@@ -110,7 +110,7 @@ def test_leading_dimensions_that_do_not_match_are_named():
 
 def test_numbers_too_large_for_a_finite_result_are_refused():
     arm, q = load_arm('ur5'), np.zeros(6)
-    for lead in ((), (3,), (compiled.PARALLEL_STATES,)):
+    for lead in ((), (3,), (compiled.HOT_PARALLEL_STATES,)):
         large = np.full((*lead, 6), 1e200)
         with pytest.raises(ValueError, match='q, qd, qdd: numbers so large'):
             dynamics.inverse_dynamics(q, large, q, arm)
@@ -120,12 +120,12 @@ def test_numbers_too_large_for_a_finite_result_are_refused():
                     function(large, arm)
 
 
-@pytest.mark.parametrize('where', [0, 517, compiled.PARALLEL_STATES + 2])
+@pytest.mark.parametrize('where', [0, 517, compiled.HOT_PARALLEL_STATES + 2])
 def test_a_bad_number_among_many_states_is_named(where):
     arm = load_arm('ur5')
     for function, count, _ in FUNCTIONS:
         for which in range(count):
-            given = arguments(count, (compiled.PARALLEL_STATES + 3,))
+            given = arguments(count, (compiled.HOT_PARALLEL_STATES + 3,))
             given[which][where, 4] = np.nan
             with pytest.raises(ValueError, match=rf'\[{where}, 4\] is nan'):
                 function(*given, arm)

@@ -13,31 +13,29 @@ from ur5_ros.launcher.signals import end_with_parent
 from ur5_ros.model.kernels.compile_notice import on_compile
 
 _MODEL = 'ur5_ros.model.kernels'
-#: Module, kernel and whether its form for many states is needed; what takes longest is first.
+#: Module and kernel; what takes longest is first.
 #: These serve the demo, any verdict, also one that names a cause, and nodes without a world.
 KERNELS = (
-    (f'{_MODEL}.inverse_kinematics', 'solve', True),
-    ('ur5_ros.control.kernel', 'law', False),
-    (f'{_MODEL}.dynamics', 'inverse', True),
-    (f'{_MODEL}.kinematics', 'pose', True),
-    (f'{_MODEL}.regressor', 'regressor', True),
-    (f'{_MODEL}.dynamics', 'inertia', True),
-    (f'{_MODEL}.kinematics', 'jacobian_rate', True),
-    (f'{_MODEL}.kinematics', 'jacobian', True),
-    ('ur5_ros.sim.integrator_kernel', 'engine_torque', False),
-    ('ur5_ros.sim.integrator_kernel', 'friction', False),
-    (f'{_MODEL}.dynamics', 'gravity', False),
-    (f'{_MODEL}.dynamics', 'gravity', True),
-    (f'{_MODEL}.kinematics', 'links', True),
+    (f'{_MODEL}.inverse_kinematics', 'solve'),
+    ('ur5_ros.control.kernel', 'law'),
+    (f'{_MODEL}.dynamics', 'inverse'),
+    (f'{_MODEL}.kinematics', 'pose'),
+    (f'{_MODEL}.regressor', 'regressor'),
+    (f'{_MODEL}.dynamics', 'inertia'),
+    (f'{_MODEL}.kinematics', 'jacobian_rate'),
+    (f'{_MODEL}.kinematics', 'jacobian'),
+    ('ur5_ros.sim.integrator_kernel', 'engine_torque'),
+    ('ur5_ros.sim.integrator_kernel', 'friction'),
+    (f'{_MODEL}.dynamics', 'gravity'),
+    (f'{_MODEL}.kinematics', 'links'),
 )
 #: These serve contact, force control, pictures and single calls, and take as long again.
 FURTHER_KERNELS = (
-    ('ur5_ros.sim.world.contact_kernel', 'contact_step', False),
-    ('ur5_ros.control.laws.impedance_kernel', 'impedance_torque', False),
-    ('ur5_ros.viewer.picture.ray_kernel', 'cast', False),
-    (f'{_MODEL}.forward_dynamics', 'forward', False),
-    (f'{_MODEL}.dynamics', 'terms', False),
-    (f'{_MODEL}.dynamics', 'terms', True),
+    ('ur5_ros.sim.world.contact_kernel', 'contact_step'),
+    ('ur5_ros.control.laws.impedance_kernel', 'impedance_torque'),
+    ('ur5_ros.viewer.picture.ray_kernel', 'cast'),
+    (f'{_MODEL}.forward_dynamics', 'forward'),
+    (f'{_MODEL}.dynamics', 'terms'),
 )
 
 
@@ -61,13 +59,9 @@ def warm_up(everything: bool) -> int:
     return YES
 
 
-def compile_kernel(module: str, name: str, many: bool) -> bool:
+def compile_kernel(module: str, name: str) -> bool:
     """Compile a kernel, or find it in the cache; return whether it was compiled."""
     compiled: list[str] = []
     on_compile(compiled.append)
-    kernel = getattr(import_module(module), name)
-    if many:
-        kernel.prepare_many()
-    else:
-        kernel.prepare()
+    getattr(import_module(module), name).prepare()
     return bool(compiled)

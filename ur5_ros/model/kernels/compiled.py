@@ -26,8 +26,9 @@ W1 = types.Array(types.float64, 1, 'C')
 W2 = types.Array(types.float64, 2, 'C')
 B1 = types.Array(types.boolean, 1, 'C')
 
-#: From this many states on the lock is released and the work is shared among threads.
-PARALLEL_STATES = 1024
+#: From this many states on the lock is released and the work is shared among threads; later for a
+#: hot kernel, which is compiled a second time for it: half a minute at 1 kHz does without.
+PARALLEL_STATES, HOT_PARALLEL_STATES = 1024, 32_768
 
 #: How all is compiled: fused multiply-add is allowed, and nothing is called from C.
 _OPTIONS: dict[str, Any] = {
@@ -51,8 +52,8 @@ class Kernel:
 
     ``single`` is the compiled function; it raises ``TypeError`` for arguments of other types, as
     well as before it is compiled: callers then go through :meth:`run`, which compiles.  That of a
-    hot kernel keeps the interpreter lock, as handing it over takes longer than the work; the
-    others are compiled once for one state and for many.
+    hot kernel keeps the interpreter lock: handing it over would take a twentieth of such a call;
+    the others are compiled once for one state and for many.
 
     """
 
@@ -61,6 +62,7 @@ class Kernel:
         self._function = function
         self._signature = int64(*argument_types)
         self._hot = hot
+        self._parallel_states = HOT_PARALLEL_STATES if hot else PARALLEL_STATES
         self._many: Callable[..., int] | None = None
         self._ready = False
         self.single: Callable[..., int] = _not_compiled
@@ -80,10 +82,10 @@ class Kernel:
         ``inputs``, ``outputs``: C-contiguous arrays whose first axis is a multiple of ``count``
         long.  Returned: the largest code that the kernel returned; 0 where all went well.
         """
-        if count < PARALLEL_STATES:
+        if count < self._parallel_states:
             self.prepare()
             return self.single(*inputs, *shared, *outputs)
-        many, workers = self.prepare_many(), _processors()
+        many, workers = self._prepare_many(), _processors()
         edges = [count * i // workers for i in range(workers + 1)]
         codes = [0] * workers
 
@@ -100,7 +102,7 @@ class Kernel:
             thread.join()
         return max(codes)
 
-    def prepare_many(self) -> Callable[..., int]:
+    def _prepare_many(self) -> Callable[..., int]:
         """Compile, or load from the cache, and return what a call for many states needs."""
         with _COMPILING:
             if self._many is None and not self._hot:

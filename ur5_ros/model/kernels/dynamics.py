@@ -155,7 +155,7 @@ def mass_columns(bodies_in_plane, lines, k):
     return e[0] + e[5] + k[SPIN] + k[ARMATURE], c2, c3, c4, c5, c6
 
 
-@kernel(R1, R1, W2)
+@kernel(R1, R1, W2, hot=True)
 def inertia(q, k, m):
     """M of every state."""
     if m.shape[0] != q.size:

@@ -171,7 +171,7 @@ def branches(t, r, q6_free, k, q, at):
     return found
 
 
-@kernel(R2, R1, R1, W2, B1)
+@kernel(R2, R1, R1, W2, B1, hot=True)
 def solve(t, q6, k, q, valid):
     """All solutions of every pose; a single one has its slots in the code, many in ``valid``."""
     n = q.shape[0] // 8

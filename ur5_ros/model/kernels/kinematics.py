@@ -48,7 +48,7 @@ def is_finite(turns, c1, numbers):
     return isfinite(numbers + c1 + c2 + c23 + c234 + c5 + c6)
 
 
-@kernel(R1, R1, W2)
+@kernel(R1, R1, W2, hot=True)
 def pose(q, k, t):
     """Pose of the flange for every configuration."""
     if 4 * q.size != 6 * t.shape[0]:
@@ -95,7 +95,7 @@ def write_axis(out, row, j, c1, s1, linear, angular):
     write_vector(out, row + 3, j, c1, s1, angular)
 
 
-@kernel(R1, R1, W2)
+@kernel(R1, R1, W2, hot=True)
 def jacobian(q, k, out):
     """Geometric Jacobian of the flange for every configuration."""
     if q.size != out.shape[0]:
