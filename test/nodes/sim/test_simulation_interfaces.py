@@ -166,7 +166,7 @@ def test_a_simulator_that_ends_or_is_busy_says_so(interfaces, reason, state, cod
         stop=SimpleNamespace(reason=reason), simulation=SimpleNamespace(
             stopped=False, paused=False),
         inputs=SimpleNamespace(requests=SimpleNamespace(call=busy)),
-        steps=SimpleNamespace(offer=lambda *_: None))
+        steps=SimpleNamespace(add_service=lambda *_: None))
     create_standard_services(node, sim)
     request = srv.SetSimulationState.Request()
     request.state.state = state
