@@ -74,10 +74,11 @@ def compensation_cause(run: Run) -> dict[str, Any] | None:
     kind, named = ('over-compensation', over) if over.any() else ('under-compensation', under)
     joints = {JOINT_NAMES[i]: {'value': float(found.share[i])} for i in np.flatnonzero(named)}
     listed = ', '.join(f'{name} {each["value"]:.1%}' for name, each in joints.items())
-    words = 'a moving joint accelerates' if over.any() else 'the law has to supply the rest'
+    amount, effect = (('more', 'a moving joint accelerates') if over.any() else
+                      ('less', 'the law has to supply the rest'))
     cause = {'kind': kind, 'times': found.total, 'joints': joints, 'share': 1.0,
-             'sentence': f'{kind}: the robot adds {found.total:.1%} of the friction that the '
-             f'motion shows, so that {words}: {listed}'}
+             'sentence': f'{kind}: the robot adds {amount} than the friction that the motion '
+             f'shows ({listed}), so that {effect}; over all joints it adds {found.total:.1%}'}
     if over.any() and (swing := limit_cycle(run)):
         cause |= {'limit_cycle': {name: swing[name] for name in ('joint', 'hz', 'velocity')},
                   'sentence': f'{cause["sentence"]}; {swing["sentence"]}'}
