@@ -47,14 +47,18 @@ def or_dash(value: float, digits: int = 3) -> str:
 
 def unit_of(parameter: str) -> str:
     """
-    Return the unit of a base parameter by its name.
+    Return the unit of a base parameter or of friction by its name.
 
     Examples
     --------
     >>> unit_of('m2'), unit_of('mcx4'), unit_of('Iyy5'), unit_of('rotor3')
     ('kg', 'kg m', 'kg m^2', 'kg m^2')
+    >>> unit_of('viscous elbow_joint'), unit_of('Coulomb elbow_joint')
+    ('N m s/rad', 'N m')
 
     """
+    if ' ' in parameter:
+        return 'N m s/rad' if parameter.startswith('viscous') else 'N m'
     if parameter.startswith('mc'):
         return 'kg m'
     return 'kg' if parameter.startswith('m') else 'kg m^2'

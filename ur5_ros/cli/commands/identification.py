@@ -118,10 +118,9 @@ def excite(out: Path, arm: str, seconds: float, budget: float, acceleration: flo
 
 def _show_excitation(found: Excitation, error: np.ndarray, away: np.ndarray) -> None:
     screen = terminal.console()
-    table = Table('parameter', 'predicted error', 'error of a trial', 'away from the truth',
-                  box=None, pad_edge=False, header_style='bold')
+    table = Table('parameter', 'predicted error', 'in a trial', 'from truth', 'unit', box=None, pad_edge=False, header_style='bold')
     for name, *numbers in zip(found.names, found.error, error, away, strict=True):
-        table.add_row(Text(name), *(f'{number:.2g}' for number in numbers))
+        table.add_row(Text(name), *(f'{number:.2g}' for number in numbers), unit_of(name))
     screen.print(table)
     terminal.show_text(screen, (
         f'condition number {found.condition:.4g} (columns as they are: '
