@@ -118,7 +118,8 @@ def excite(out: Path, arm: str, seconds: float, budget: float, acceleration: flo
 
 def _show_excitation(found: Excitation, error: np.ndarray, away: np.ndarray) -> None:
     screen = terminal.console()
-    table = Table('parameter', 'predicted error', 'in a trial', 'from truth', 'unit', box=None, pad_edge=False, header_style='bold')
+    table = Table('parameter', 'predicted error', 'in a trial', 'from truth', 'unit',
+                  box=None, pad_edge=False, header_style='bold')
     for name, *numbers in zip(found.names, found.error, error, away, strict=True):
         table.add_row(Text(name), *(f'{number:.2g}' for number in numbers), unit_of(name))
     screen.print(table)
@@ -151,7 +152,8 @@ def _notes(runs: Sequence[Run]) -> list[dict[str, Any]]:
 
 def _show(found: Identified, used: Sequence[Run]) -> None:
     screen = terminal.console()
-    base = Table('base parameter', 'value', 'unit', box=None, pad_edge=False, header_style='bold')
+    base = Table('base parameter', 'value', 'unit',
+                  box=None, pad_edge=False, header_style='bold')
     for name, (value, error) in found.base.items():
         base.add_row(Text(name), with_error(value, error), unit_of(name))
     screen.print(base)
