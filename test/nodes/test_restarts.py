@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from ros_processes import wait_until
 from sensor_msgs.msg import JointState
+from thorough import THOROUGH
 
 from ur5_ros.bag.reader import open_bag
 
@@ -81,8 +82,9 @@ def test_a_restart_of_either_node_is_followed(ros, lockstep, times, record_prope
     record_property('restarts', number)
     record_property('takeover, worst [s]', max(pair.took))
     record_property('takeover, median [s]', float(np.median(pair.took)))
-    busy = os.getloadavg()[0] > 2.0 * (os.cpu_count() or 1)
-    assert max(pair.took) < LONGEST_TAKEOVER * (3.0 if busy else 1.0), pair.took
+    if THOROUGH:  # `make test` asserts no times
+        busy = os.getloadavg()[0] > 2.0 * (os.cpu_count() or 1)
+        assert max(pair.took) < LONGEST_TAKEOVER * (3.0 if busy else 1.0), pair.took
     # the arm is held all the time
     start = pair.states[0]
     assert max(max(map(abs, state.velocity)) for state in pair.states) < 0.05
