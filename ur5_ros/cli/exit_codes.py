@@ -1,8 +1,8 @@
 """What the exit code of a command means."""
 
-YES = 0
+SUCCESS = 0
 """Done; or judged and passed; or the same."""
-NO = 1
+FAILED = 1
 """Judged and failed; or different; or incomplete."""
 BAD_INPUT = 2
 """Bad input or usage; nothing readable."""

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import typer
 
 from ur5_ros.cli.app import app
-from ur5_ros.cli.exit_codes import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, YES
+from ur5_ros.cli.exit_codes import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, SUCCESS
 from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.compile_notice import on_compile
 
@@ -30,7 +30,7 @@ def run(arguments: list[str]) -> int:
             return _complain('interrupted', INTERRUPTED)
         if not arguments:
             return BAD_INPUT
-        return code if isinstance(code, int) else YES
+        return code if isinstance(code, int) else SUCCESS
     except InputError as refusal:
         return _complain(str(refusal), BAD_INPUT)
     except typer.TyperException as error:

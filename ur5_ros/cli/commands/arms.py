@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ur5_ros.cli.commands.lists import arms
-from ur5_ros.cli.exit_codes import YES
+from ur5_ros.cli.exit_codes import SUCCESS
 from ur5_ros.errors import InputError
 
 
@@ -41,4 +41,4 @@ def arm(urdf: Path | None, calibration: Path | None, name: str | None, out: Path
     write_new_file(out, text)
     for sentence in (*sentences, f'written: {out}'):
         print(sentence)
-    return YES
+    return SUCCESS

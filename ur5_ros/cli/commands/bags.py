@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import WITH_LOSS, YES
+from ur5_ros.cli.exit_codes import SUCCESS, WITH_LOSS
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
 from ur5_ros.wording import number_of
@@ -28,7 +28,7 @@ def replay(
         sent = publish(playback, rate, loop, advance)
     terminal.show_text(terminal.console(),
                        f'{number_of(sent, "message")} sent on {", ".join(playback.types)}')
-    return YES
+    return SUCCESS
 
 
 def recover(run: Path, out: Path | None, json: Path | None) -> int:
@@ -37,7 +37,7 @@ def recover(run: Path, out: Path | None, json: Path | None) -> int:
     found = repair(run, out)
     _print(found.sentences())
     write_json(found.to_plain(), json)
-    return YES if found.intact else WITH_LOSS
+    return SUCCESS if found.intact else WITH_LOSS
 
 
 def import_log(log: Path, out: Path, arm: str, columns: str | None) -> int:
@@ -45,7 +45,7 @@ def import_log(log: Path, out: Path, arm: str, columns: str | None) -> int:
     from ur5_ros.analysis.data.logs.robot_log import import_log as convert
     _print(convert(log, out, arm, columns))
     terminal.show_next(terminal.console(), f'ur5 validate {out}', 'is the model right?')
-    return YES
+    return SUCCESS
 
 
 def _print(sentences: Iterable[str]) -> None:

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from ur5_ros.analysis.result import FAIL, PASS
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import BAD_INPUT, NO, YES
+from ur5_ros.cli.exit_codes import BAD_INPUT, FAILED, SUCCESS
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.batch_validation import NOT_JUDGED, UNREADABLE, Judgement, judge_all
@@ -72,7 +72,7 @@ def validate_all(
     verdicts = {judgement.verdict for judgement in judgements}
     if verdicts <= {UNREADABLE, NOT_JUDGED}:
         return BAD_INPUT
-    return YES if verdicts == {PASS} else NO
+    return SUCCESS if verdicts == {PASS} else FAILED
 
 
 def _show(judgements: list[Judgement]) -> None:

@@ -17,7 +17,7 @@ from ur5_ros.bench.runs import LARGEST_TRIED, jobs_of
 from ur5_ros.bench.table import border_text, markdown, summary
 from ur5_ros.bench.tuning import CANDIDATES, CONDITIONS, tune, write_bench
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import YES
+from ur5_ros.cli.exit_codes import SUCCESS
 from ur5_ros.errors import InputError
 
 
@@ -50,7 +50,7 @@ def bench(law: Path | None, quick: bool, seeds: int, out: Path | None, scheduler
         screen.print(Text(f'{why[0]}: {why[1]} ({runs} of its runs)'), soft_wrap=True)
     screen.print(Text(f'table: {folder / "table.parquet"}'), soft_wrap=True)
     screen.print(Text(f'report: {folder / "report.html"}'), soft_wrap=True)
-    return YES
+    return SUCCESS
 
 
 def _tune(file: Path, workers: int | None, screen: terminal.Console) -> int:
@@ -62,7 +62,7 @@ def _tune(file: Path, workers: int | None, screen: terminal.Console) -> int:
     with terminal.progress('tuning', runs, 'runs') as advance:
         write_bench(tune(workers, advance), file)
     screen.print(Text(f'gains: {file}'), soft_wrap=True)
-    return YES
+    return SUCCESS
 
 
 def _show(table: polars.DataFrame, screen: terminal.Console) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 from rich.text import Text
 
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import NO, YES
+from ur5_ros.cli.exit_codes import FAILED, SUCCESS
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.course.grade import Grade, grade
 
@@ -24,7 +24,7 @@ def grade_file(exercise: str, file: Path, seed: int, json: Path | None) -> int:
     screen.print(Text(f'{found.points:g} of {sum(mark.of for mark in found.marks):g} points'),
                  soft_wrap=True)
     write_json(as_data(found), json)
-    return YES if found.full else NO
+    return SUCCESS if found.full else FAILED
 
 
 def as_data(found: Grade) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from ur5_ros.bag.reader import open_bag
 from ur5_ros.bag.run_folders import BAGS, new_run_name
 from ur5_ros.cli import terminal
 from ur5_ros.cli.commands import judge
-from ur5_ros.cli.exit_codes import NO, YES
+from ur5_ros.cli.exit_codes import FAILED, SUCCESS
 from ur5_ros.errors import InputError
 from ur5_ros.launcher.two_nodes import run_two_nodes
 from ur5_ros.loop.run_config import run_config
@@ -39,7 +39,7 @@ def demo(
         out.print(f'sha256 of {topic}: {digest}', soft_wrap=True)
     out.print(Text(f'report: {folder / "report.html"}'), soft_wrap=True)
     terminal.show_next(out, f'ur5 view {folder}', 'the arm in the browser')
-    return YES if result.passed else NO
+    return SUCCESS if result.passed else FAILED
 
 
 def hashes(folder: Path) -> dict[str, str]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import YES
+from ur5_ros.cli.exit_codes import SUCCESS
 from ur5_ros.export.export import check_name
 from ur5_ros.export.export import export as write
 
@@ -18,4 +18,4 @@ def export(run: Path, out: Path, given: Mapping[str, Any]) -> int:
     write(read, out)
     terminal.show_notes(terminal.console(), read)
     print(f'written: {out}')
-    return YES
+    return SUCCESS

@@ -26,7 +26,7 @@ from ur5_ros.analysis.identification.words import or_dash, unit_of, with_error
 from ur5_ros.analysis.report.palette import SHORT_NAMES
 from ur5_ros.analysis.result import FAIL
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import YES
+from ur5_ros.cli.exit_codes import SUCCESS
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
@@ -67,7 +67,7 @@ def identify(runs: list[Path], out: Path | None, test: Path | None, payload: Pat
     else:
         terminal.show_next(terminal.console(), f'ur5 identify {runs[0]} -o arm.yaml',
                            'the same, with an arm file')
-    return YES
+    return SUCCESS
 
 
 def _read(path: Path, given: Mapping[str, Any], load: bool = False) -> Run:
@@ -113,7 +113,7 @@ def excite(out: Path, arm: str, seconds: float, budget: float, acceleration: flo
                     found.names, found.error.tolist(), error.tolist(), away.tolist(),
                     strict=True)}}, json)
         print(f'written: {json}')
-    return YES
+    return SUCCESS
 
 
 def _show_excitation(found: Excitation, error: np.ndarray, away: np.ndarray) -> None:
@@ -140,7 +140,7 @@ def _payload_alone(loaded: Run | None, arm: ArmParameters | None, json: Path | N
         write_json({'format': 'ur5_ros identification', 'version': 1,
                     'payload': found.to_plain(), 'runs': _notes([loaded])}, json)
         print(f'written: {json}')
-    return YES
+    return SUCCESS
 
 
 def _notes(runs: Sequence[Run]) -> list[dict[str, Any]]:

@@ -13,7 +13,7 @@ from ur5_ros.analysis.validate import validate as validate_run
 from ur5_ros.bag.run_folders import newest_run
 from ur5_ros.cli import terminal
 from ur5_ros.cli.commands import batch
-from ur5_ros.cli.exit_codes import NO, YES
+from ur5_ros.cli.exit_codes import FAILED, SUCCESS
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.batch_validation import marks_of
@@ -43,7 +43,7 @@ def validate(
         if path is not None:
             out.print(f'written: {path}', soft_wrap=True)
     _show_next(out, result, html)
-    return YES if result.passed else NO
+    return SUCCESS if result.passed else FAILED
 
 
 def _show_next(out: terminal.Console, result: Result, html: Path | None) -> None:
@@ -99,7 +99,7 @@ def compare(run_a: Path, run_b: Path, json: Path | None, given: Mapping[str, Any
     else:
         out.print('different runs')
     write_json({**found.to_plain(), 'verdicts': verdicts}, json)
-    return YES if found.same else NO
+    return SUCCESS if found.same else FAILED
 
 
 def _in_words(difference: Difference) -> str:

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import YES
+from ur5_ros.cli.exit_codes import SUCCESS
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.strict_yaml import config_folder, file_names, read_yaml
 
@@ -22,14 +22,14 @@ def arms() -> int:
     _show('arm', {'rotors': rotors})
     terminal.console().print(Text('rotors assumed: NAME+armature_assumed uses them'))
     terminal.show_next(terminal.console(), 'ur5 demo --arm ur5_real', 'runs one of them')
-    return YES
+    return SUCCESS
 
 
 def experiments() -> int:
     """List the experiments; see ``ur5 experiments --help``."""
     _show('experiment', {'length': lambda data: f'{load_experiment(data["name"]).duration:g} s'})
     terminal.show_next(terminal.console(), 'ur5 demo --experiment multi_sine', 'runs one of them')
-    return YES
+    return SUCCESS
 
 
 def _show(kind: str, columns: Mapping[str, Any]) -> None:

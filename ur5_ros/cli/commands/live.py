@@ -1,6 +1,6 @@
 """Commands on running nodes: set."""
 
-from ur5_ros.cli.exit_codes import YES
+from ur5_ros.cli.exit_codes import SUCCESS
 
 
 def set_parameter(node: str, name: str, value: str) -> int:
@@ -9,4 +9,4 @@ def set_parameter(node: str, name: str, value: str) -> int:
     check_environment()  # the middleware is loaded with the next import
     from ur5_ros.nodes.set_parameter import set_parameter as send
     print(f'{node} {name}: {send(node, name, value)}')
-    return YES
+    return SUCCESS

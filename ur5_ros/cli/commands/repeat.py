@@ -6,7 +6,7 @@ from pathlib import Path
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import NO, YES
+from ur5_ros.cli.exit_codes import FAILED, SUCCESS
 from ur5_ros.cli.json_file import write_json
 from ur5_ros.loop.repeat import Repetition
 from ur5_ros.loop.repeat import recontrol as recontrolled
@@ -29,4 +29,4 @@ def _repeat(folder: Path, repeat: Callable[[Run], Repetition], json: Path | None
     terminal.show_text(terminal.console(), f'{run.name}: {found.sentence}')
     write_json({'format': 'ur5_ros repetition', 'version': 1, 'run': run.name,
                 'equal': found.equal, **found._asdict()}, json)
-    return YES if found.equal else NO
+    return SUCCESS if found.equal else FAILED

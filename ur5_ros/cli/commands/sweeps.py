@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.text import Text
 
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import NO, YES
+from ur5_ros.cli.exit_codes import FAILED, SUCCESS
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.engine import run_sweep
 from ur5_ros.sweep.report import repeat_command, write_report
@@ -70,7 +70,7 @@ def _report(folder: SweepFolder, screen: terminal.Console) -> int:
     if failures:
         terminal.show_next(screen, repeat_command(folder.path, failures[0]['index']),
                            'the worst run again, with its bags')
-    return YES
+    return SUCCESS
 
 
 def _refuse_what_cannot_run(spec: SweepSpec) -> None:
@@ -99,4 +99,4 @@ def _one(spec: SweepSpec, index: int, out: Path | None) -> int:
         shown = f'{value:.4g}' if isinstance(value, float) else value
         screen.print(Text(f'{key}: {shown}'), soft_wrap=True)
     screen.print(Text(f'bags: {folder}'), soft_wrap=True)
-    return YES if row['success'] else NO
+    return SUCCESS if row['success'] else FAILED

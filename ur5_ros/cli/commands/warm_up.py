@@ -8,7 +8,7 @@ from importlib import import_module
 from signal import SIGTERM
 
 from ur5_ros.cli import terminal
-from ur5_ros.cli.exit_codes import YES
+from ur5_ros.cli.exit_codes import SUCCESS
 from ur5_ros.launcher.signals import end_with_parent
 from ur5_ros.model.kernels.compile_notice import on_compile
 
@@ -56,7 +56,7 @@ def warm_up(everything: bool) -> int:
     cached = '; the others were in the cache' if compiled < len(kernels) else ''
     terminal.show_text(out, f'{compiled} of {len(kernels)} kernels compiled in {seconds:.1f} s'
                        f'{cached}')
-    return YES
+    return SUCCESS
 
 
 def compile_kernel(module: str, name: str) -> bool:

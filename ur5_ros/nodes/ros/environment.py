@@ -11,7 +11,7 @@ from xml.parsers import expat
 from ur5_ros.errors import InputError
 
 #: Exit code of a node that was given bad input.
-REFUSED = 2
+BAD_INPUT = 2
 
 #: Highest domain whose ports fit (DDSI-RTPS 2.5, section 9.6.2.3: 7400 + 250 domain).
 HIGHEST_DOMAIN = 232
@@ -39,7 +39,7 @@ def require_environment(arguments: Sequence[str] | None = None) -> None:
         check_environment()
     except InputError as error:
         print_refusal(sys.argv if arguments is None else arguments, error)
-        sys.exit(REFUSED)
+        sys.exit(BAD_INPUT)
 
 
 def print_refusal(arguments: Sequence[str], error: InputError) -> None:

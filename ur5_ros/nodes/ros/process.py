@@ -22,14 +22,14 @@ from rclpy.utilities import remove_ros_args
 from ur5_ros.config.parameter_files import files_of, sections
 from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.compile_notice import on_compile
-from ur5_ros.nodes.ros.environment import REFUSED, print_refusal
+from ur5_ros.nodes.ros.environment import BAD_INPUT, print_refusal
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.ros.wait_set_loop import spin_time
 from ur5_ros.wording import agree, number_of
 
-#: Exit codes besides REFUSED: done; an error of the program; done, but the recording lost some.
-DONE, FAULT, LOSS = 0, 1, 3
+#: Exit codes besides BAD_INPUT: done; an error of the program; done, but the recording lost some.
+SUCCESS, FAULT, WITH_LOSS = 0, 1, 3
 
 #: Longest wait of the loop for the interpreter while another thread computes [s].
 SWITCH_INTERVAL = 0.0002
@@ -71,7 +71,7 @@ def run_node(
         code = _run(create, arguments, stop)
     except InputError as error:
         print_refusal(arguments, error)
-        code = REFUSED
+        code = BAD_INPUT
     finally:
         rclpy.try_shutdown()
     sys.stdout.flush()
@@ -96,7 +96,7 @@ def end_node(node: Node, recording: Recording, message: str) -> int:
                      f'{failure or "too many at once"}')
     logger.info(message)
     node.destroy_node()  # the others would list it for seconds otherwise
-    return LOSS if lost or failure else DONE
+    return WITH_LOSS if lost or failure else SUCCESS
 
 
 @contextmanager
@@ -153,7 +153,7 @@ def _run(create: Callable[..., Any], arguments: Sequence[str], stop: StopRequest
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         node = create(files, stop)
     except ExternalShutdownException:
-        return DONE
+        return SUCCESS
     except Exception as error:
         if type(error).__module__.startswith('rclpy'):
             raise InputError(_one_line(error)) from None
@@ -171,7 +171,7 @@ def _turns(node: Any, stop: StopRequest) -> int:
             node.turn()
     except InputError as error:
         print_refusal(sys.argv, error)
-        return max(REFUSED, node.end(str(error)))
+        return max(BAD_INPUT, node.end(str(error)))
     except Exception as error:
         return max(FAULT, node.end(fault(rclpy.logging.get_logger('ur5_ros'), error)))
     return node.end(stop.reason)
