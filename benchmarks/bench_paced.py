@@ -84,15 +84,15 @@ def clocks(plan: RunConfig) -> Clocks:
                    if message['status'][0]['name'].endswith(': simulator')][-1]
     stamp, first = np.unique(stamp, return_index=True)  # a state may be sent again
     log = log[first]
-    told = {each['key']: each['value'] for each in message['status'][0]['values']}
+    reported = {each['key']: each['value'] for each in message['status'][0]['values']}
     time = message['header']['stamp']
     behind = log - stamp
     behind -= np.minimum.accumulate(behind[::-1])[::-1]  # a schedule may only move to later
     then = stamp <= time['sec'] * 1_000_000_000 + time['nanosec']
     return Clocks(float(np.ptp(stamp)) * 1e-9, float(np.ptp(log)) * 1e-9,
-                  int(told['late_periods']), int((behind[then] > 0.5e9 / RATE).sum()),
+                  int(reported['late_periods']), int((behind[then] > 0.5e9 / RATE).sum()),
                   int((behind[then] > 0.5e9 / RATE + STEP).sum()),
-                  float(told['schedule_lost_s']))
+                  float(reported['schedule_lost_s']))
 
 
 def may_schedule() -> bool:

@@ -85,10 +85,10 @@ def parts_of_a_period(plan: RunConfig, periods: int, publish_bytes, take) -> dic
             seen = lap('decode', read_state, sent)
             answer = lap('law, its model and its checks', controller.update, seen)
             when = lap('encode', encode_stamp, seen.stamp)
-            torque, wanted = answer.parts.tobytes(), answer.reference
+            torque, expected = answer.parts.tobytes(), answer.reference
             command = lap('encode', commands.join, when, b'', b'', torque[:48])
             lap('publish', publish_bytes, command)
-            point = lap('encode', points.join, when, *(x.tobytes() for x in wanted), torque[:48])
+            point = lap('encode', points.join, when, *(x.tobytes() for x in expected), torque[:48])
             split = lap('encode', parts.join, when, b'', b'', torque)
             lap('take', take)
             tau = lap('check the command', decide, command, reader, gate)
@@ -101,7 +101,8 @@ def parts_of_a_period(plan: RunConfig, periods: int, publish_bytes, take) -> dic
             for digest, message in zip((*digests, *digests), (sent, command) * 2, strict=True):
                 lap('hash', digest.add, message)
             lap('of the law: the model', dynamics_terms, seen.q, seen.qd, controller.arm)
-            lap('of the law: model and sums', computed_torque, seen, wanted, controller.arm, gains)
+            lap('of the law: model and sums', computed_torque, seen, expected, controller.arm,
+                gains)
         bag.end({})
     plant.close()
     return {name: total * 1e-9 / periods for name, total in lap.total.items()}

@@ -60,9 +60,9 @@ def controller() -> float:
         nodes.start('control', 'ur5_ros.nodes.control_node', {
             'bag': '', 'experiment': 'kebria_fig11'})
         while time.monotonic() < limit:
-            said = STAMP.search((Path(folder) / 'control.log').read_text())
-            if said:
-                return float(said.group(1)) - begin
+            printed = STAMP.search((Path(folder) / 'control.log').read_text())
+            if printed:
+                return float(printed.group(1)) - begin
             time.sleep(0.02)
         raise SystemExit('control_node does not start: ' + nodes.last_log_line('control'))
 

@@ -69,7 +69,7 @@ def main() -> None:
     rounds = [{'other': from_clone(options.python), 'ours': from_clone(options.reference),
                'old': from_clone(options.reference, options.old)} for _ in range(options.repeats)]
     hashes = [clone.hashes for each in rounds for clone in each.values()]
-    if not hashes[0] or any(said != hashes[0] for said in hashes):
+    if not hashes[0] or any(printed != hashes[0] for printed in hashes):
         sys.exit(f'the runs differ: {hashes}')
     other = f'make PYTHON={Path(options.python).name} demo'
     publish('fresh_clones', 'From a fresh clone to the verdict of the demo', [

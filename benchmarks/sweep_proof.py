@@ -241,7 +241,7 @@ def main() -> None:
                stdin=subprocess.DEVNULL)
     with tempfile.TemporaryDirectory(prefix='ur5-sweep-proof-') as name:
         folder = Path(name)
-        told = disturbed(folder, options.runs, options.judge)
+        reported = disturbed(folder, options.runs, options.judge)
         sweep = folder / 'sweeps' / 'proof'
         table = polars.read_parquet(sweep / 'table.parquet')
         written = [index for part in sorted((sweep / 'parts').glob('*.parquet'))
@@ -253,15 +253,15 @@ def main() -> None:
         print(f'The code changed while this ran: sources {" and ".join(sorted(codes))}. '
               'Nothing is kept; run it again.')
         sys.exit(2)
-    grown = growth(told['memory'])
+    grown = growth(reported['memory'])
     digests = digest(table.head(quiet.height)), digest(quiet)
     statuses = dict(table['status'].value_counts().sort('status').iter_rows())
     for who, found in grown.items():
         print(f'{who:28s} rows {found["first_row"]:6.0f} to {found["last_row"]:6.0f}: '
               f'{found["warm"]:6.1f} MiB when warm, {found["end"]:6.1f} at its end')
-    print(f'{options.runs} runs in {told["seconds"]:.0f} s; {statuses}; SHA-256 {digests[0]}')
+    print(f'{options.runs} runs in {reported["seconds"]:.0f} s; {statuses}; SHA-256 {digests[0]}')
     worst = max((found['end'] / found['warm'] for found in grown.values()), default=1.0)
-    names = [name for name, _ in told['killed']]
+    names = [name for name, _ in reported['killed']]
     rows = [
         Row('rows of the table', 'runs asked for', table.height / options.runs, 1.0, True,
             f'{table.height} rows; killed on the way: {", ".join(names)}'),
@@ -279,10 +279,10 @@ def main() -> None:
     ]
     publish('sweep_proof', f'{options.runs} runs of 2 s at 1 kHz, workers, scheduler and sweep '
             'killed', rows, {'runs': options.runs, 'compared': quiet.height,
-                             'killed': told['killed'], 'seconds': told['seconds'],
+                             'killed': reported['killed'], 'seconds': reported['seconds'],
                              'statuses': statuses, 'sha256': digests[0], 'memory': grown},
             keep=options.keep or options.runs >= 10_000)
-    sys.exit(0 if told['code'] == 0 and all(row.met for row in rows) else 1)
+    sys.exit(0 if reported['code'] == 0 and all(row.met for row in rows) else 1)
 
 
 if __name__ == '__main__':

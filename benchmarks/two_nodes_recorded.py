@@ -46,10 +46,10 @@ def times_of(folder: Path, prefix: str = '') -> Times:
     """Return the times in a simulator's bag."""
     bag = open_bag(folder)
     sent, stamp = _log(bag, f'{prefix}/joint_states')
-    heard, answered = _log(bag, f'{prefix}/joint_command')
+    received, answered = _log(bag, f'{prefix}/joint_command')
     _, here, there = np.intersect1d(stamp, answered, return_indices=True)
     begin = len(sent) // 10
-    return Times(sent[begin:], (heard[there] - sent[here])[begin:])
+    return Times(sent[begin:], (received[there] - sent[here])[begin:])
 
 
 def per_second(states: np.ndarray) -> float:

@@ -114,9 +114,9 @@ class Chromium:
 
     def _note(self, message: dict) -> None:
         if message['method'] == 'Runtime.consoleAPICalled':
-            said = ' '.join(str(each.get('value', each.get('description')))
+            printed = ' '.join(str(each.get('value', each.get('description')))
                             for each in message['params']['args'])
-            self.console.append(f'{message["params"]["type"]}: {said}')
+            self.console.append(f'{message["params"]["type"]}: {printed}')
         elif message['method'] == 'Runtime.exceptionThrown':
             self.console.append(f'exception: {message["params"]["exceptionDetails"]}')
         elif message['method'] == 'Log.entryAdded':

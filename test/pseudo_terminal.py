@@ -25,15 +25,15 @@ def written(*arguments: Any, script: str = COMMAND, folder: Path | None = None,
         [sys.executable, '-c', script, *map(str, arguments)], stdin=terminal, stdout=terminal,
         stderr=terminal, cwd=folder, env={**environment, 'TERM': 'xterm', **variables})
     os.close(terminal)
-    said = b''
+    printed = b''
     try:
         with contextlib.suppress(OSError):  # the other end is closed
             while part := os.read(reader, 10_000):
-                said += part
+                printed += part
         child.wait(seconds)
     finally:
         os.close(reader)
         if child.poll() is None:
             child.kill()
             child.wait()
-    return said.decode()
+    return printed.decode()

@@ -222,7 +222,7 @@ class Ros:
 
 class Observer:
     """
-    A node in this process that collects what it hears; its executor spins in a thread.
+    A node in this process that collects messages; its executor spins in a thread.
 
     A second thread takes messages, all that have come at a time: an executor's wait for each of
     some thousands a second would take the processor from the nodes that are observed.
@@ -236,20 +236,20 @@ class Observer:
         self._executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
         self._ending = False
-        self._ears: list[Callable[[], None]] = []
+        self._takers: list[Callable[[], None]] = []
         self._group = ReservedGroup()
         self._threads = [threading.Thread(target=each, daemon=True)
                          for each in (self._spin, self._listen)]
         for thread in self._threads:
             thread.start()
 
-    def hear(self, message_type: type, topic: str, kept: bool = False,
+    def subscribe(self, message_type: type, topic: str, kept: bool = False,
              react: Callable[[Any], None] | None = None, publishers: int = 1) -> list[Any]:
-        """Return a list that fills with the messages of a topic that somebody publishes."""
-        heard: list[Any] = []
+        """Return a list that fills with the messages of a topic once it is published."""
+        received: list[Any] = []
 
         def take(message: Any) -> None:
-            heard.append(message)
+            received.append(message)
             if react is not None:
                 react(message)
 
@@ -265,14 +265,14 @@ class Observer:
             while (taken := handle.take_message(message_type, False)) is not None:
                 take(taken[0])
 
-        self._ears.append(take_all)
+        self._takers.append(take_all)
         wait_until(lambda: subscription.handle.get_publisher_count() >= publishers,
                    f'a publisher of {topic}')
-        return heard
+        return received
 
     def publisher(self, message_type: type, topic: str, subscribers: int = 1,
                   kept: bool = False) -> Any:
-        """Return a publisher that somebody already hears."""
+        """Return a publisher that has its subscribers already."""
         durability = DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE
         publisher = self.node.create_publisher(
             message_type, topic, QoSProfile(depth=10, durability=durability))
@@ -336,7 +336,7 @@ class Observer:
 
     def _listen(self) -> None:
         while not self._ending:
-            for take_all in self._ears[:]:
+            for take_all in self._takers[:]:
                 take_all()
             time.sleep(TAKE_PERIOD)
 

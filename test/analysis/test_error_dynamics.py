@@ -51,8 +51,8 @@ def test_a_stretch_ends_where_the_law_was_not_in_charge(clean_run):
 
 def test_other_gains_than_the_parameters_say_fail(simulated):
     run = simulated(seconds=2.0, kp=12.0)
-    told = replace(run.control, parameters={**run.control.parameters, 'kp': [10.0]})
-    result = validate(replace(run, control=told))
+    reported = replace(run.control, parameters={**run.control.parameters, 'kp': [10.0]})
+    result = validate(replace(run, control=reported))
     assert result.check('error step').verdict == 'fail'
     check = result.check('gains')
     assert check.verdict == 'fail' and 'Kp 12' in check.sentence

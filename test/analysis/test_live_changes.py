@@ -51,8 +51,8 @@ def test_a_change_that_the_bag_does_not_record_fails(stiffened):
 
 
 def test_a_change_recorded_one_period_late_fails(stiffened):
-    told = stiffened.control.changes
-    late = (told[0]._replace(stamp=told[0].stamp + 1_000_000), *told[1:])
+    reported = stiffened.control.changes
+    late = (reported[0]._replace(stamp=reported[0].stamp + 1_000_000), *reported[1:])
     result = validate(replace(stiffened, control=replace(stiffened.control, changes=late)))
     assert '1 command differs from the law' in result.check('law').sentence
 
@@ -61,8 +61,8 @@ def test_what_was_changed_before_the_first_state_holds_from_the_first(stiffened)
     given = stiffened.control.parameters
     early = (ParameterChange(0, {'kp': given['kp'], 'kd': given['kd']}),
              *stiffened.control.changes)
-    told = replace(stiffened.control, parameters={**given, 'kp': [77.0]}, changes=early)
-    assert not failed(validate(replace(stiffened, control=told)))
+    reported = replace(stiffened.control, parameters={**given, 'kp': [77.0]}, changes=early)
+    assert not failed(validate(replace(stiffened, control=reported)))
 
 
 def test_only_computed_torque_is_held_to_the_error_equation(stepped):
@@ -86,8 +86,8 @@ def test_the_law_runs_again_with_its_changes(stiffened):
 
 def test_report_and_document_name_the_changes(stiffened):
     result = validate(stiffened)
-    told = result.to_plain()['about']['controller']['changes']
-    assert told[0] == {'after_s': pytest.approx(0.5), 'kp': [100.0], 'kd': [20.0]}
+    reported = result.to_plain()['about']['controller']['changes']
+    assert reported[0] == {'after_s': pytest.approx(0.5), 'kp': [100.0], 'kd': [20.0]}
     assert 'kp 100, kd 20 from 0.5 s' in html_text(result)
 
 

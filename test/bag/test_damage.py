@@ -94,7 +94,7 @@ def test_a_flipped_bit_is_found_or_changes_nothing(small, tmp_path, state, numbe
         data = data[:data.rindex(FRAME.pack(Opcode.DATA_END, 4))]
     flipped = tmp_path / 'flipped.mcap'
     flipped.write_bytes(data)
-    truth, usual = contents(flipped)
+    truth, expected = contents(flipped)
     silent = harmless = 0
     for at, changed in flips(data, number, 16):
         flipped.write_bytes(changed)
@@ -102,7 +102,7 @@ def test_a_flipped_bit_is_found_or_changes_nothing(small, tmp_path, state, numbe
             taken, problems = contents(flipped)
         except InputError:
             continue
-        if problems == usual:
+        if problems == expected:
             harmless += 1
             assert taken == truth, f'silent change by a flip in byte {at}'
             silent += state == 'finished'

@@ -46,8 +46,8 @@ def test_what_is_not_compared_cannot_be_compared():
 
 def test_a_program_that_is_not_installed_is_left_out_with_one_line(monkeypatch, capsys):
     monkeypatch.syspath_prepend(str(FOLDER))
-    rivals = importlib.import_module('rivals')
-    assert rivals.optional('no_such_program.part') is None
+    module = importlib.import_module('rivals')
+    assert module.optional('no_such_program.part') is None
     assert capsys.readouterr().out.startswith('left out: no_such_program.part')
 
 

@@ -50,12 +50,12 @@ def test_an_arm_file_from_a_calibration(ur5, tmp_path):
 
 def test_what_is_missing_is_asked_for_in_one_line(ur5, tmp_path):
     (tmp_path / 'cal.yaml').write_text(yaml.safe_dump(CALIBRATION))
-    for options, says in (
+    for options, reason in (
             (['--calibration', 'cal.yaml'], 'give the arm file to write'),
             (['--calibration', 'cal.yaml', '--arm', 'ur10', '-o', 'x.yaml'],
              'that was calibrated'),
             (['--urdf', 'absent.urdf', '-o', 'x.yaml'], 'absent.urdf'),
             (['-o', 'x.yaml'], 'give --urdf FILE or --calibration FILE')):
         refused = ur5('arm', *options)
-        assert refused.code == 2 and says in refused.err and refused.err.count('\n') == 1
+        assert refused.code == 2 and reason in refused.err and refused.err.count('\n') == 1
         assert not (tmp_path / 'x.yaml').exists()

@@ -65,9 +65,9 @@ def test_own_pass_marks_judge_one_run_and_a_folder(ur5, short_run, tmp_path):
                      '    reason: tried in a test\n')
     judged = ur5('validate', 'runs/mine', '--marks', 'strict.yaml', '--json', 'one.json')
     assert judged.code == 1, judged
-    said = json.loads((tmp_path / 'one.json').read_text())
-    assert said['about']['marks'] == 'strict'
-    assert {check['limit'] for check in said['checks'] if 'residual' in check['name']} == {1e-16}
+    output = json.loads((tmp_path / 'one.json').read_text())
+    assert output['about']['marks'] == 'strict'
+    assert {check['limit'] for check in output['checks'] if 'residual' in check['name']} == {1e-16}
     assert ur5('validate', '--all', 'runs', '--marks', 'strict.yaml').code == 1
     wrong = tmp_path / 'wrong.yaml'
     wrong.write_text(marks.read_text().replace('residual', 'residul'))
@@ -83,9 +83,9 @@ def test_a_cut_run_is_judged_as_far_as_it_goes_and_repaired(ur5, cut_run, tmp_pa
     assert ur5('validate', 'cut').code == 1
     mended = ur5('recover', 'cut', '-o', 'mended', '--json', 'mended.json')
     assert mended.code == 3, mended
-    said = json.loads((tmp_path / 'mended.json').read_text())
-    assert said['intact'] is False and said['bags']['sim']['problems']
-    assert said['out'].endswith('mended')
+    output = json.loads((tmp_path / 'mended.json').read_text())
+    assert output['intact'] is False and output['bags']['sim']['problems']
+    assert output['out'].endswith('mended')
     assert {path: path.read_bytes() for path in cut_run.rglob('*.mcap')} == before
     bag = open_bag(tmp_path / 'mended' / 'sim')
     assert bag.check() == []

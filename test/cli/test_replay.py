@@ -32,23 +32,23 @@ def test_replay_sends_every_message_of_a_part_in_order_on_a_busy_machine(ros, sh
     for _ in range(3):
         ros.run([sys.executable, '-c', 'while True: pass'])
     observer = ros.observer()
-    heard = observer.hear(JointState, '/joint_states', publishers=0)
-    references = observer.hear(JointTrajectory, '/ur5_control/reference', publishers=0)
+    received = observer.subscribe(JointState, '/joint_states', publishers=0)
+    references = observer.subscribe(JointTrajectory, '/ur5_control/reference', publishers=0)
     process = replay(ros, short_run, '--start', 0.2, '--stop', 0.7, '--rate', 2.0,
                      '--topics', '/joint_states', '--topics', '/ur5_control/reference')
     assert process.ends() == 0, process.text
-    wait_until(lambda: len(heard) >= 501 and len(references) >= 501, 'all messages')
+    wait_until(lambda: len(received) >= 501 and len(references) >= 501, 'all messages')
     recorded = open_bag(short_run / 'sim').joint_states('/joint_states')
-    assert [stamp(message) for message in heard] == recorded.stamp[200:701].tolist()
-    assert list(heard[0].position) == recorded.position[200].tolist()
+    assert [stamp(message) for message in received] == recorded.stamp[200:701].tolist()
+    assert list(received[0].position) == recorded.position[200].tolist()
     assert len(references) == 501
     assert '1002 messages sent on' in process.text
 
 
 def test_replay_drives_the_clock_unless_no_clock_is_given(ros, short_run):
     observer = ros.observer()
-    ticks = observer.hear(Clock, '/clock', publishers=0)
-    states = observer.hear(JointState, '/joint_states', publishers=0)
+    ticks = observer.subscribe(Clock, '/clock', publishers=0)
+    states = observer.subscribe(JointState, '/joint_states', publishers=0)
     silent = replay(ros, short_run, '--rate', 20, '--no-clock')
     assert silent.ends() == 0 and len(states) > 0, silent.text
     assert ticks == []
@@ -60,9 +60,9 @@ def test_replay_drives_the_clock_unless_no_clock_is_given(ros, short_run):
 
 
 def test_replay_in_a_loop_goes_on_until_interrupted(ros, short_run):
-    heard = ros.observer().hear(JointState, '/joint_states', publishers=0)
+    received = ros.observer().subscribe(JointState, '/joint_states', publishers=0)
     process = replay(ros, short_run, '--loop', '--rate', 10, '--topics', '/joint_states')
-    wait_until(lambda: sum(stamp(m) == 1_000_000 for m in heard) >= 2, 'the second round')
+    wait_until(lambda: sum(stamp(m) == 1_000_000 for m in received) >= 2, 'the second round')
     assert process.stop() == 130
     assert process.text.strip().endswith('ur5: interrupted')
 

@@ -22,8 +22,8 @@ def folder(tmp_path_factory):
 
 def shown(folder, *arguments, columns: int = 80) -> list[str]:
     """Return the lines that a command leaves on a terminal of this width."""
-    said = written(*arguments, folder=folder, columns=columns, NO_COLOR='1')
-    after_bars = said.rpartition('\x1b[2K')[2]  # a bar erases itself
+    printed = written(*arguments, folder=folder, columns=columns, NO_COLOR='1')
+    after_bars = printed.rpartition('\x1b[2K')[2]  # a bar erases itself
     text = re.sub(r'\x1b\[[0-9;?]*[a-zA-Z]', '', after_bars).replace('\r\n', '\n')
     lines = [line.rpartition('\r')[2].rstrip() for line in text.splitlines()]
     return [line for line in lines if line]

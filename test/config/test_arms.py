@@ -157,10 +157,10 @@ import sys
 from ur5_ros.config import arm_text, list_arms, parse_yaml
 print([parse_yaml(arm_text(name), name) for name in list_arms()])
 """
-    said = [subprocess.run([sys.executable, '-c', read.format(first)], check=True,
+    printed = [subprocess.run([sys.executable, '-c', read.format(first)], check=True,
                            capture_output=True, text=True).stdout
             for first in ('', 'sys.modules["yaml._yaml"] = None\nsys.modules["_yaml"] = None')]
-    assert said[0] == said[1] != ''
+    assert printed[0] == printed[1] != ''
 
 
 @pytest.mark.parametrize('name', arms_with_assumed_armature())

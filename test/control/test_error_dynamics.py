@@ -115,8 +115,8 @@ def test_in_the_simulator_the_same_holds_at_every_rate(close_loop):
             run = close_loop(controller, plant, 4 * rate)
         finally:
             plant.close()
-        wanted = continuous_error(np.arange(4 * rate) / rate, run.error[0], np.zeros(6))
-        worst[rate] = np.abs(run.error - wanted).max()
+        expected = continuous_error(np.arange(4 * rate) / rate, run.error[0], np.zeros(6))
+        worst[rate] = np.abs(run.error - expected).max()
         assert_allclose(run.error, sampled_error(run, 1.0 / rate), atol=1e-9)
     assert worst[1000] < 2.5e-4
     assert_allclose([worst[250] / worst[500], worst[500] / worst[1000],

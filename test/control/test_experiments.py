@@ -85,8 +85,8 @@ def test_the_papers_profile_is_the_one_described():
     pose = forward_kinematics(q, arm)
     assert_allclose(pose[:, :3, 3], p, atol=1e-12)
     for i in range(0, t.size, 50):
-        wanted = start[:3, :3] @ turn(2, c[i]) @ turn(1, b[i]) @ turn(0, a[i])
-        assert_allclose(pose[i, :3, :3], wanted, atol=1e-12)
+        expected = start[:3, :3] @ turn(2, c[i]) @ turn(1, b[i]) @ turn(0, a[i])
+        assert_allclose(pose[i, :3, :3], expected, atol=1e-12)
 
 
 def turn(axis, angle):

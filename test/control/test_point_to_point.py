@@ -25,8 +25,8 @@ def samples(motion, step=1_000_000):
 def test_a_motion_takes_over_any_reference_and_ends_at_rest_at_the_target(q, qd, qdd, target):
     start = Reference(q, 0.4 * qd, 0.8 * qdd)
     motion = point_to_point(start, target, LIMITS, ARM)
-    for part, wanted in zip(motion.at(0), start, strict=True):
-        assert_allclose(part, wanted, atol=1e-12)
+    for part, expected in zip(motion.at(0), start, strict=True):
+        assert_allclose(part, expected, atol=1e-12)
     end = motion.at(motion.duration)
     assert_allclose(end.q, target, atol=0.0)
     assert not end.qd.any()
@@ -55,8 +55,8 @@ def test_from_rest_no_limit_is_passed_and_no_joint_overshoots(q, target):
 def test_a_stop_ends_at_rest_without_a_jump(q, qd, qdd):
     start = Reference(q, qd, qdd)
     motion = smooth_stop(start, LIMITS)
-    for part, wanted in zip(motion.at(0), start, strict=True):
-        assert_allclose(part, wanted, atol=1e-12)
+    for part, expected in zip(motion.at(0), start, strict=True):
+        assert_allclose(part, expected, atol=1e-12)
     q, qd, _ = samples(motion, 5_000_000)
     assert_allclose(qd[-1], 0.0, atol=0.0)
     assert np.abs(np.diff(qd, axis=0)).max() <= 2.0 * 5e-3 + 1e-9

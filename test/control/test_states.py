@@ -214,10 +214,10 @@ def test_a_period_with_all_checks_and_one_without_give_equal_bits(seed, gain, gi
             # a goal with tolerances has every period checked
             assert accepts(plain.joint_trajectory, points) == accepts(
                 watched.follow_joint_trajectory, points, 0, UNLIMITED, UNLIMITED, -1.0)
-        believed, output = plain.last
+        accepted, output = plain.last
         if 'torque_rate_limit' in given:
             continue
-        whole = computed_torque(believed, output.reference, plain.arm,
+        whole = computed_torque(accepted, output.reference, plain.arm,
                                 gains_from(given['kp'], given['kd']))
         added = whole.gravity if given.get('effort_convention') else np.zeros(6)
         total = whole.total if not added.any() else sum(whole[1:4])

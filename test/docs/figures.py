@@ -117,12 +117,12 @@ def _yaml(text: str, key: str) -> str:
 
 def shows(found: frozenset[float], figure: Figure) -> bool:
     """Tell whether a number is among some, in its unit or in that of the code."""
-    wanted = [figure.value, figure.value * UNITS[figure.unit]]
+    expected = [figure.value, figure.value * UNITS[figure.unit]]
     if figure.unit == 's':
-        wanted.append(1000.0 * figure.value)  # periods of 1 ms
+        expected.append(1000.0 * figure.value)  # periods of 1 ms
     if figure.unit == '%':
-        wanted.append(1.0 - 0.01 * figure.value)  # less by so much
-    return any(abs(number - want) <= 1e-9 * abs(want) for number in found for want in wanted)
+        expected.append(1.0 - 0.01 * figure.value)  # less by so much
+    return any(abs(number - want) <= 1e-9 * abs(want) for number in found for want in expected)
 
 
 def measured(place: str) -> list[float]:

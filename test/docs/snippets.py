@@ -96,8 +96,8 @@ def script(group: list[Snippet], folder: Path) -> str:
             for command in _commands(snippet.text):
                 lines.append(_ends(f'timeout --preserve-status -s INT 4 {command}', _INTERRUPTED))
         elif snippet.how.startswith('exit '):
-            wanted = int(snippet.how.removeprefix('exit '))
-            lines += [_ends(command, (wanted,)) for command in _commands(snippet.text)]
+            expected = int(snippet.how.removeprefix('exit '))
+            lines += [_ends(command, (expected,)) for command in _commands(snippet.text)]
         else:
             lines.append(snippet.text)
     if page:

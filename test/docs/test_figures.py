@@ -41,15 +41,15 @@ def test_every_figure_of_a_page_has_something_behind_it():
 
 
 def test_nothing_is_backed_that_no_page_says():
-    said = {(each.page, each.name) for each in FOUND}
-    assert not [entry for entry in EVIDENCE if (entry[0], entry[2]) not in said]
+    printed = {(each.page, each.name) for each in FOUND}
+    assert not [entry for entry in EVIDENCE if (entry[0], entry[2]) not in printed]
 
 
 @pytest.mark.parametrize('page', BACKED)
 def test_the_figures_of_a_page_are_those_of_their_evidence(page):
-    said = {each.name: each for each in FOUND if each.page == page}
+    printed = {each.name: each for each in FOUND if each.page == page}
     parted = [f'{name}: not what {evidence} says' for entry, evidence, name in EVIDENCE
-              if entry == page and name in said and not agrees(said[name], evidence)]
+              if entry == page and name in printed and not agrees(printed[name], evidence)]
     assert not parted
 
 

@@ -55,7 +55,7 @@ def paced(ros, **more):
 @pytest.mark.fault(11, 49, 50)
 def test_a_controller_killed_in_motion_is_braked_for_and_replaced(ros, events_of, record_property):
     sim, control = paced(ros)
-    states = ros.observer().hear(JointState, '/joint_states')
+    states = ros.observer().subscribe(JointState, '/joint_states')
     in_motion(states)
     control.kill()
     killed_at = stamp(states[-1])
@@ -98,7 +98,7 @@ def test_without_any_command_a_paced_arm_stands(ros):
 @pytest.mark.fault(53)
 def test_a_frozen_controller_is_braked_for_and_its_late_answers_are_refused(ros, events_of):
     sim, control = paced(ros)
-    states = ros.observer().hear(JointState, '/joint_states')
+    states = ros.observer().subscribe(JointState, '/joint_states')
     in_motion(states)
     control.popen.send_signal(signal.SIGSTOP)
     frozen_at = stamp(states[-1])
@@ -118,7 +118,7 @@ def test_a_frozen_controller_is_braked_for_and_its_late_answers_are_refused(ros,
 @pytest.mark.fault(53)
 def test_a_frozen_simulator_goes_on_where_it_was(ros):
     sim, control = paced(ros)
-    states = ros.observer().hear(JointState, '/joint_states')
+    states = ros.observer().subscribe(JointState, '/joint_states')
     in_motion(states)
     sim.popen.send_signal(signal.SIGSTOP)
     time.sleep(1.5)  # the fault itself
@@ -135,7 +135,7 @@ def test_a_frozen_simulator_goes_on_where_it_was(ros):
 def test_a_killed_simulator_is_reported_and_a_new_one_is_served(ros):
     first = ros.start('sim', stop_after=0, initial_positions=START)
     control = ros.start('control', state_timeout=0.5, **PAPER)
-    states = ros.observer().hear(JointState, '/joint_states')
+    states = ros.observer().subscribe(JointState, '/joint_states')
     in_motion(states, 0.1)
     first.kill()
     control.wait_for_line('waiting for states')
@@ -159,9 +159,10 @@ def test_after_kill_9_no_more_than_the_last_tenth_of_a_second_is_lost(
         folder = ros.folder / f'run_{attempt}'
         nodes = {'sim': ros.start('sim', initial_positions=START, bag=str(folder / 'sim')),
                  'control': ros.start('control', bag=str(folder / 'control'), **PAPER)}
-        watcher, heard = ros.observer(f'watcher_{attempt}'), {}
-        states = watcher.hear(JointState, '/joint_states', react=lambda state, heard=heard:
-                              heard.setdefault(stamp(state), time.time_ns()))
+        watcher, received = ros.observer(f'watcher_{attempt}'), {}
+        states = watcher.subscribe(
+            JointState, '/joint_states', react=lambda state, received=received:
+            received.setdefault(stamp(state), time.time_ns()))
         in_motion(states, random.Random(attempt).uniform(0.05, 1.5))
         for node in sorted(nodes, reverse=attempt % 2 == 0):  # one of them first, in turn
             at = time.time_ns()
@@ -169,7 +170,8 @@ def test_after_kill_9_no_more_than_the_last_tenth_of_a_second_is_lost(
             mended = open_bag(recover(folder / node).out or folder / node)
             recorded = mended.joint_states('/joint_states')
             assert not mended.check()
-            missing = [when for each, when in dict(heard).items() if each > recorded.stamp.max()]
+            missing = [when for each, when in dict(received).items()
+                       if each > recorded.stamp.max()]
             lost.append(max(0, at - min(missing, default=at)) * 1e-9)  # age of the oldest
             beyond.append(lost[-1] - 4.0 * longest_wait(beats, at))
         watcher.close()
@@ -187,8 +189,8 @@ def test_after_kill_9_no_more_than_the_last_tenth_of_a_second_is_lost(
 
 def longest_wait(beats: Path, at: int) -> float:
     """Return how long the metronome waited for a processor in the last second before [s]."""
-    told = np.fromfile(beats, dtype=np.int64)
-    gaps = np.diff(told[(told > at - 10**9) & (told <= at + 10**8)])
+    reported = np.fromfile(beats, dtype=np.int64)
+    gaps = np.diff(reported[(reported > at - 10**9) & (reported <= at + 10**8)])
     return max(0.0, float(gaps.max(initial=0)) * 1e-9 - 0.025)
 
 
@@ -209,7 +211,7 @@ def test_a_signal_loses_nothing(ros, number, phase, times, record_property):
             time.sleep(random.Random(attempt).uniform(0.0, 0.6))  # at any instant of it
         else:
             watcher = ros.observer(f'w{attempt}')
-            states = watcher.hear(JointState, '/joint_states')
+            states = watcher.subscribe(JointState, '/joint_states')
             wait_until(lambda: len(states) > 20 and stamp(states[-1]) > 5e7, 'states')  # noqa: B023
             watcher.close()
         began = time.monotonic()

@@ -43,7 +43,7 @@ def stamp(message) -> int:
 def pair_running(ros, **sim):
     """Start both nodes and wait until the loop turns; return them and the states heard."""
     nodes = ros.start('sim', **sim), ros.start('control')
-    states = ros.observer().hear(JointState, '/joint_states')
+    states = ros.observer().subscribe(JointState, '/joint_states')
     wait_until(lambda: states and stamp(states[-1]) > 50_000_000, 'fifty periods')
     return *nodes, states
 
@@ -82,10 +82,11 @@ def test_a_flood_of_garbage_on_every_input_does_not_disturb_the_loop(
 def test_a_message_of_many_megabytes_is_refused_by_its_length(ros):
     sim, control, states = pair_running(ros)
     intruder = ros.observer('huge').publisher(JointState, '/joint_command')
-    told = ros.observer('told').hear(DiagnosticArray, '/diagnostics')
+    reported = ros.observer('watcher').subscribe(DiagnosticArray, '/diagnostics')
 
     def counted():
-        return sum(int(pair.value) for message in told[-20:] for pair in message.status[0].values
+        return sum(int(pair.value) for message in reported[-20:]
+                   for pair in message.status[0].values
                    if pair.key.startswith('refused /joint_command'))
 
     for length, bytes_of_it in ((20_000, 320_036), (500_000, 8_000_036)):
@@ -219,9 +220,9 @@ def test_a_robot_in_another_domain_receives_nothing(ros, tmp_path):
     with ros_domain(tmp_path / 'other') as other:
         assert other.domain != ros.domain
         stranger = other.observer('stranger')
-        heard = stranger.hear(JointState, '/joint_states', publishers=0)
+        received = stranger.subscribe(JointState, '/joint_states', publishers=0)
         goes_on(states, 1000)
-        assert heard == []
+        assert received == []
         assert 'ur5_sim' not in stranger.node.get_node_names()
 
 

@@ -18,13 +18,13 @@ def test_services_flooded_and_called_in_the_wrong_state_answer_or_refuse(
         ros, record_property):
     sim, control = ros.start('sim'), ros.start('control')
     watcher = ros.observer()
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: len(states) > 50, 'a run')
     step = watcher.call(Trigger, '/ur5_sim/step')
     assert not step.success  # not paused
     assert 'pause' in step.message
-    for wanted in (True, True, False, False):
-        assert watcher.call(SetBool, '/ur5_sim/pause', SetBool.Request(data=wanted)).success
+    for expected in (True, True, False, False):
+        assert watcher.call(SetBool, '/ur5_sim/pause', SetBool.Request(data=expected)).success
     names = ('/ur5_sim/reset', '/ur5_sim/step', '/ur5_control/hold',
              '/ur5_control/start_experiment')
     for name in names:  # all known before the flood begins

@@ -43,7 +43,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_loop(ros):
             'main(["sim_node", "--ros-args", "-p", "stop_after:=3.0"])')
     sim = ros.run([sys.executable, '-c', code])
     control = ros.start('control', bag='')
-    states = ros.observer().hear(JointState, '/joint_states')
+    states = ros.observer().subscribe(JointState, '/joint_states')
     assert sim.ends() == 3, sim.text
     wait_until(lambda: stamp(states[-1]) == 3_000_000_000, 'the last state')
     assert control.stop() == 0
@@ -61,7 +61,7 @@ def test_a_slow_disk_delays_no_node_and_what_it_cannot_store_is_counted(
         ros, pause, waiting, record_property):
     sim = ros.run([sys.executable, '-c', SLOW_DISK % (pause, waiting)])
     control = ros.start('control', bag='')
-    states = ros.observer().hear(JointState, '/joint_states')
+    states = ros.observer().subscribe(JointState, '/joint_states')
     code = sim.ends()
     wait_until(lambda: stamp(states[-1]) == 1_000_000_000, 'the last state')
     assert control.stop() == 0
@@ -80,7 +80,7 @@ def test_a_slow_disk_delays_no_node_and_what_it_cannot_store_is_counted(
 @pytest.mark.fault(65)
 def test_a_folder_removed_in_the_middle_is_said_once_and_counted(ros):
     sim, control = ros.start('sim', stop_after=3.0), ros.start('control', bag='')
-    states = ros.observer().hear(JointState, '/joint_states')
+    states = ros.observer().subscribe(JointState, '/joint_states')
     wait_until(lambda: states and stamp(states[-1]) > 200_000_000, 'a run')
     shutil.rmtree(ros.bag('sim'))
     assert sim.ends() == 3, sim.text

@@ -61,7 +61,7 @@ def test_an_error_inside_a_callback_is_reported_and_the_node_goes_on(ros):
     sim = ros.run([sys.executable, '-c', BROKEN_CALLBACK])
     control = ros.start('control', bag='')
     watcher = ros.observer()
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: len(states) > 50, 'a run')
     assert not watcher.set_parameters('ur5_sim', payload__mass=1.0).successful
     began = stamp(states[-1])

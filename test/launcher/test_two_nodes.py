@@ -35,15 +35,15 @@ def both(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp('runs')
     plan = run_config(duration=1.5)
     busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
-    told = []
+    reported = []
     try:
         (folder / 'nodes').mkdir()
-        seconds = run_two_nodes(plan, folder / 'nodes', told.append,
+        seconds = run_two_nodes(plan, folder / 'nodes', reported.append,
                                 request.param == 'one process')
     finally:
         busy.kill()
         busy.wait()
-    assert seconds > 0.0 and told == sorted(told) and all(each <= 1.5 for each in told)
+    assert seconds > 0.0 and reported == sorted(reported) and all(each <= 1.5 for each in reported)
     run_closed_loop(plan, folder / 'loop')
     return folder / 'nodes', folder / 'loop'
 

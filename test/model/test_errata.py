@@ -195,11 +195,11 @@ def test_equation_10_needs_heights_counted_upwards():
 
 def test_equations_11_and_12_leave_a_linear_error_equation():
     rng = np.random.default_rng(3)
-    q, qd, e, ed, qdd_wanted = rng.uniform(-1.0, 1.0, (5, 6))
-    a = qdd_wanted - 10.0 * ed - 10.0 * e
+    q, qd, e, ed, qdd_desired = rng.uniform(-1.0, 1.0, (5, 6))
+    a = qdd_desired - 10.0 * ed - 10.0 * e
     m, c, g = dynamics_terms(q, qd, ARM)
     qdd = forward_dynamics(q, qd, m @ a + c @ qd + g, ARM)
-    np.testing.assert_allclose((qdd - qdd_wanted) + 10.0 * ed + 10.0 * e, 0.0, atol=1e-10)
+    np.testing.assert_allclose((qdd - qdd_desired) + 10.0 * ed + 10.0 * e, 0.0, atol=1e-10)
 
 
 def test_table_1_swaps_two_digits_of_d5():

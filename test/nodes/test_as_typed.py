@@ -65,7 +65,7 @@ def test_a_value_out_of_its_range_is_refused_and_services_follow_the_name(ros):
     watcher = ros.observer()
     sim = ros.start('sim', ['-r', '__node:=plant', '-r', 'joint_states:=states'],
                     namespace='/left', bag='', lockstep=False, control_rate=100)
-    states = watcher.hear(JointState, '/left/states')
+    states = watcher.subscribe(JointState, '/left/states')
     wait_until(lambda: states, 'a state on the remapped topic')
     heavy = ParameterMessage(name='payload.mass', value=ParameterValue(
         type=ParameterType.PARAMETER_DOUBLE, double_value=1e6))
@@ -111,7 +111,7 @@ def test_the_topic_of_a_ros2_control_controller_can_be_left_to_it(ros):
     sim = ros.start('sim', bag='none', forward_commands=False)
     sim.wait_for_line('recorded in')
     watcher = ros.observer()
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: states, 'a state')
     wait_until(lambda: watcher.node.count_subscribers('/joint_command') == 1, 'its subscriptions')
     assert watcher.node.count_subscribers('/forward_effort_controller/commands') == 0

@@ -13,7 +13,7 @@ def refused(process) -> str:
     return lines[0]
 
 
-@pytest.mark.parametrize(('node', 'parameters', 'said'), [
+@pytest.mark.parametrize(('node', 'parameters', 'printed'), [
     ('sim', {'control_rate': 300}, 'physics_rate'),
     ('sim', {'control_rate': -1}, 'control_rate'),
     ('sim', {'initial_positions': [0.0, 1.0]}, 'give 6'),
@@ -29,8 +29,8 @@ def refused(process) -> str:
     ('control', {'experiment': 'no_such'}, 'no_such'),
     ('control', {'mode': 'magic'}, 'computed_torque'),
 ])
-def test_a_wrong_parameter_is_refused_in_one_line(ros, node, parameters, said):
-    assert said in refused(ros.start(node, **parameters))
+def test_a_wrong_parameter_is_refused_in_one_line(ros, node, parameters, printed):
+    assert printed in refused(ros.start(node, **parameters))
 
 
 @pytest.mark.fault(35, 36)
@@ -44,8 +44,8 @@ def test_a_wrong_parameter_is_refused_in_one_line(ros, node, parameters, said):
     ('RCUTILS_LOGGING_BUFFERED_STREAM', '7'), ('ROS_STATIC_PEERS', 'not..a;host')])
 @pytest.mark.parametrize('node', ['sim', 'control'])
 def test_a_wrong_environment_is_refused_in_one_line(ros, node, variable, value):
-    said = refused(ros.start(node, environment={variable: value}))
-    assert variable in said or value in said
+    printed = refused(ros.start(node, environment={variable: value}))
+    assert variable in printed or value in printed
 
 
 def test_the_middleware_that_is_there_may_be_named(ros):
@@ -54,7 +54,7 @@ def test_the_middleware_that_is_there_may_be_named(ros):
     assert sim.stop() == 0
 
 
-@pytest.mark.parametrize(('text', 'said'), [
+@pytest.mark.parametrize(('text', 'printed'), [
     ('/other_node:\n  ros__parameters:\n    arm: ur5\n', '/other_node'),
     ('/ur5_sim:\n  ros__parameters:\n    arm: ur5\n    arm: ur10\n', 'twice'),
     ('/ur5_sim:\n  ros__parameters:\n    armm: ur5\n', 'armm'),
@@ -62,10 +62,10 @@ def test_the_middleware_that_is_there_may_be_named(ros):
     ('a: [', 'YAML'),
     ('/ur5_sim:\n  ros__parameters:\n    payload.mass: heavy\n', 'payload.mass'),
 ])
-def test_a_wrong_parameter_file_is_refused_in_one_line(ros, text, said):
+def test_a_wrong_parameter_file_is_refused_in_one_line(ros, text, printed):
     file = ros.folder / 'parameters.yaml'
     file.write_text(text)
-    assert said in refused(ros.start('sim', ['--params-file', str(file)]))
+    assert printed in refused(ros.start('sim', ['--params-file', str(file)]))
 
 
 def test_a_missing_parameter_file_and_a_stray_argument_are_refused(ros):

@@ -37,7 +37,7 @@ def summary(ros, node):
 
 def test_a_run_repeats_to_the_last_bit_whichever_node_starts_first(ros):
     first = run_pair(ros)
-    states = ros.observer().hear(JointState, '/joint_states', publishers=0)
+    states = ros.observer().subscribe(JointState, '/joint_states', publishers=0)
     second = run_pair(ros, first='sim', between=lambda: wait_until(
         lambda: len(states) > 3, 'copies of state 1'))
     assert first['sim']['hashes'] == second['sim']['hashes']

@@ -37,7 +37,7 @@ def test_a_controller_that_is_killed_and_started_again_takes_over_without_a_jump
     watcher = ros.observer()
     sim = ros.start('sim')
     control = ros.start('control')
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     running(states)
     control.popen.kill()
     control.ends()
@@ -59,7 +59,7 @@ def test_a_simulator_that_starts_again_is_a_new_run_for_the_controller(ros):
     control = ros.start('control')
     for _ in range(2):
         sim = ros.start('sim', stop_after=0.3)
-        states = watcher.hear(JointState, '/joint_states')
+        states = watcher.subscribe(JointState, '/joint_states')
         assert sim.ends() == 0, sim.text
     assert control.stop() == 0, control.text
     runs = sorted((ros.folder / 'bags').iterdir())
@@ -77,7 +77,7 @@ def test_a_simulator_that_starts_again_is_a_new_run_for_the_controller(ros):
 def test_a_state_of_another_robot_is_refused_and_is_in_no_bag_of_this_run(ros):
     control = ros.start('control', control_rate=1000.0)
     watcher = ros.observer()
-    commands = watcher.hear(JointState, '/joint_command')
+    commands = watcher.subscribe(JointState, '/joint_command')
     robot = watcher.publisher(JointState, '/joint_states')
 
     def send(milliseconds: int) -> None:
@@ -102,7 +102,7 @@ def test_a_controller_that_sleeps_is_waited_for(ros):
     watcher = ros.observer()
     sim = ros.start('sim', stop_after=3.0)
     control = ros.start('control')
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     running(states)
     os.kill(control.pid, signal.SIGSTOP)
     assert watcher.call(Trigger, '/ur5_sim/reset').success  # services go on
@@ -117,7 +117,7 @@ def test_a_controller_that_sleeps_is_waited_for(ros):
 
 
 def test_two_arms_live_in_two_namespaces(ros):
-    clock = ros.observer().hear(Clock, '/clock', publishers=0)
+    clock = ros.observer().subscribe(Clock, '/clock', publishers=0)
     nodes = []
     for side, primary in (('left', True), ('right', False)):
         nodes.append(ros.start('control', namespace=f'/{side}', tf_prefix=f'{side}_'))
@@ -144,23 +144,23 @@ def test_two_controllers_are_named_and_the_first_valid_answer_acts(ros):
     sim = ros.start('sim')
     control = ros.start('control', bag='')
     other = ros.start('control', ['-r', '__node:=intruder'], bag='')
-    states = watcher.hear(JointState, '/joint_states')
-    told = watcher.hear(DiagnosticArray, '/diagnostics')
-    wait_until(lambda: any('not repeatable' in message.status[0].message for message in told),
+    states = watcher.subscribe(JointState, '/joint_states')
+    reported = watcher.subscribe(DiagnosticArray, '/diagnostics')
+    wait_until(lambda: any('not repeatable' in message.status[0].message for message in reported),
                'the warning')
     running(states)
     assert np.abs(np.array(states[-1].position) - HOME).max() < 1e-6
     for node in (control, other, sim):
         assert node.stop() == 0
     crowds = kinds(ros.bag('sim'), 'publishers')
-    assert any({'/ur5_control', '/intruder'} <= set(crowd['names']) for crowd in crowds)
+    assert any({'/ur5_control', '/intruder'} <= set(event['names']) for event in crowds)
 
 
 def test_a_paced_run_keeps_wall_time_and_the_arm_where_it_is(ros):
     watcher = ros.observer()
     sim = ros.start('sim', lockstep=False, control_rate=100, stop_after=2.0)
     control = ros.start('control')
-    states = watcher.hear(JointState, '/joint_states', publishers=0)
+    states = watcher.subscribe(JointState, '/joint_states', publishers=0)
     assert sim.ends() == 0, sim.text
     assert control.stop() == 0
     recorded = open_bag(ros.bag('sim'))
@@ -185,7 +185,7 @@ def test_a_paced_controller_that_is_killed_leaves_the_arm_to_the_brake(ros):
     watcher = ros.observer()
     sim = ros.start('sim', lockstep=False, control_rate=250)
     control = ros.start('control', bag='')
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: states and np.abs(states[-1].effort).max() > 1.0, 'a torque')
     control.popen.kill()
     running(states, 250)

@@ -14,8 +14,8 @@ from ur5_ros.bag.reader import open_bag
 def test_others_see_two_nodes_with_their_topics_and_services(ros):
     ros.start('closed_loop', bag='')
     observer = ros.observer()
-    states = observer.hear(JointState, '/joint_states')
-    commands = observer.hear(JointState, '/joint_command')
+    states = observer.subscribe(JointState, '/joint_states')
+    commands = observer.subscribe(JointState, '/joint_command')
     wait_until(lambda: states and commands, 'messages of both nodes')
     names = observer.node.get_node_names()
     assert {'ur5_sim', 'ur5_control'} <= set(names) and 'ur5_composed' not in names
@@ -29,7 +29,7 @@ def test_others_see_two_nodes_with_their_topics_and_services(ros):
 def test_another_process_moves_the_arm(ros):
     ros.start('closed_loop', bag='')
     observer = ros.observer()
-    states = observer.hear(JointState, '/joint_states')
+    states = observer.subscribe(JointState, '/joint_states')
     target = observer.publisher(JointState, '/ur5_control/target_joints')
     wait_until(lambda: states, 'a state')
     goal = [0.1, -1.5, 1.5, -1.5, 0.1, 0.1]
@@ -73,7 +73,7 @@ def test_bad_input_is_refused_in_one_line(ros, arguments, words):
 def test_a_second_simulator_in_the_namespace_ends_both_nodes_with_their_bags(ros):
     first = ros.start('sim', bag='')
     observer = ros.observer()
-    observer.hear(JointState, '/joint_states')
+    observer.subscribe(JointState, '/joint_states')
     nodes = ros.start('closed_loop')
     assert nodes.ends() == 2, nodes.text
     assert 'publishes joint_states in this namespace too' in nodes.text
@@ -86,7 +86,7 @@ def test_a_second_simulator_in_the_namespace_ends_both_nodes_with_their_bags(ros
 def test_a_signal_closes_both_bags(ros, number):
     nodes = ros.start('closed_loop')
     observer = ros.observer()
-    commands = observer.hear(JointState, '/joint_command')
+    commands = observer.subscribe(JointState, '/joint_command')
     wait_until(lambda: len(commands) > 100, 'commands')
     assert nodes.stop(number) == 0, nodes.text
     for node in ('sim', 'control'):

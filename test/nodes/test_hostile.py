@@ -60,7 +60,7 @@ def loop(ros):
     ros.watcher = ros.observer()
     ros.control = ros.start('control', bag='')
     ros.sim = ros.start('sim', bag='')
-    ros.states = ros.watcher.hear(JointState, '/joint_states')
+    ros.states = ros.watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: len(ros.states) > 10, 'a running loop')
     return ros
 

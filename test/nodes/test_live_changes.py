@@ -24,7 +24,7 @@ def test_states_go_on_while_the_friction_of_a_live_change_is_compiled(ros):
     sim = ros.start('sim', control_rate=100, physics_rate=1000, bag='none',
                     environment={'NUMBA_CACHE_DIR': str(ros.folder / 'cache')})
     watcher, times = ros.observer(), []
-    watcher.hear(JointState, '/joint_states', react=lambda _: times.append(time.monotonic()))
+    watcher.subscribe(JointState, '/joint_states', react=lambda _: times.append(time.monotonic()))
     wait_until(lambda: len(times) > 100, 'states')
     answer = watcher.set_parameters('ur5_sim', friction__viscous=[1.0] * 6)
     assert answer.successful, answer.reason
@@ -40,7 +40,7 @@ def test_of_changes_that_are_refused_none_acts(ros):
     sim = ros.start('sim', lockstep=False, control_rate=250, physics_rate=1000, bag='none')
     control = ros.start('control', bag='none')
     watcher = ros.observer()
-    commands = watcher.hear(JointState, '/joint_command')
+    commands = watcher.subscribe(JointState, '/joint_command')
     wait_until(lambda: len(commands) > 20, 'commands')
     answer = watcher.set_parameters('ur5_control', kp=[20.0], kd=[1e6])
     assert not answer.successful and 'kd' in answer.reason

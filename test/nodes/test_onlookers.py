@@ -35,11 +35,11 @@ def expect_every_message(publish, loop):
     """Send three hundred messages, once nothing is under way; each has to come, in order."""
     while loop.wait(0.2):
         pass
-    heard = []
+    received = []
     for stamp in range(3, 303):
         publish(encode_clock(stamp))
-        heard += loop.wait(5.0)
-    assert heard == [(0, encode_clock(stamp)) for stamp in range(3, 303)]
+        received += loop.wait(5.0)
+    assert received == [(0, encode_clock(stamp)) for stamp in range(3, 303)]
 
 
 def test_an_onlooker_who_comes_late_misses_nothing_once_it_is_seen(nodes):

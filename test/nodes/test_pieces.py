@@ -44,11 +44,11 @@ def test_any_order_of_names_gives_the_same_joints(names):
     assert given_values[joint_order(names, JOINT_NAMES)].tolist() == list(range(6))
 
 
-@pytest.mark.parametrize(('names', 'said'), [
+@pytest.mark.parametrize(('names', 'printed'), [
     (JOINT_NAMES[:5], 'missing'), (JOINT_NAMES + ('seventh',), 'unknown'),
     (JOINT_NAMES[:5] + JOINT_NAMES[:1], 'twice'), ((), 'missing')])
-def test_wrong_names_are_refused_by_name(names, said):
-    with pytest.raises(InputError, match=said):
+def test_wrong_names_are_refused_by_name(names, printed):
+    with pytest.raises(InputError, match=printed):
         joint_order(names, JOINT_NAMES)
 
 
@@ -235,13 +235,13 @@ def test_an_ordinary_environment_serves(repo):
     check_environment({'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce'})
 
 
-@pytest.mark.parametrize(('text', 'said'), [
+@pytest.mark.parametrize(('text', 'printed'), [
     ('/a: &x\n  ros__parameters: {b: 1}\n/c: *x\n', 'alias'), ('/a:\n  b: 1\n  b: 2\n', 'twice'),
     ('[1, 2]', 'no sections'), ('a: [', 'YAML'), ('a: "b', 'YAML')])
-def test_a_parameter_file_that_rcl_reads_otherwise_is_refused(tmp_path, text, said):
+def test_a_parameter_file_that_rcl_reads_otherwise_is_refused(tmp_path, text, printed):
     file = tmp_path / 'parameters.yaml'
     file.write_text(text)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=printed):
         sections(file)
 
 

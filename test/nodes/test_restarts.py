@@ -30,8 +30,8 @@ class Restarts:
         self.states, self.commands = [], []
         self.took: list[float] = []
         self.nodes = {'sim': self.start('sim'), 'control': self.start('control')}
-        self.watcher.hear(JointState, '/joint_states', react=self.states.append)
-        self.watcher.hear(JointState, '/joint_command', react=self.commands.append)
+        self.watcher.subscribe(JointState, '/joint_states', react=self.states.append)
+        self.watcher.subscribe(JointState, '/joint_command', react=self.commands.append)
         self.wait_for_answers()
 
     def start(self, name: str):

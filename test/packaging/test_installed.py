@@ -44,16 +44,16 @@ def test_a_wheel_installs_marker_package_xml_config_launch_and_executables(insta
 
 def test_every_installed_command_of_a_wheel_runs_from_an_empty_folder(installed, tmp_path, call):
     for folder in ('bin', 'lib/ur5_ros'):
-        said = call([installed / folder / 'ur5', '--version'], tmp_path, installed / 'bin')
-        assert said.split() == ['ur5', __version__]
+        printed = call([installed / folder / 'ur5', '--version'], tmp_path, installed / 'bin')
+        assert printed.split() == ['ur5', __version__]
         call([installed / folder / 'sim_node', *SHORT_RUN], tmp_path, installed / 'bin',
              ROS_DOMAIN_ID='171')
     assert not list(tmp_path.iterdir())
 
 
 def test_a_wheel_reads_its_own_config(installed, tmp_path, call):
-    said = call([installed / 'bin/python', '-c', WHERE], tmp_path)
-    assert Path(said.strip()) == (installed / 'share/ur5_ros/config').resolve()
+    printed = call([installed / 'bin/python', '-c', WHERE], tmp_path)
+    assert Path(printed.strip()) == (installed / 'share/ur5_ros/config').resolve()
 
 
 def test_a_wheel_holds_the_package_and_no_tests(wheel, source):
@@ -82,10 +82,10 @@ def test_an_editable_install_reads_the_config_of_the_checkout(source, tmp_path, 
     call([sys.executable, '-m', 'pip', '--python', empty_env / 'bin/python', 'install',
           '--no-deps', '--no-build-isolation', '--no-index', '--ignore-installed', '-e', source],
          tmp_path)
-    said = call([empty_env / 'bin/python', '-c', WHERE], tmp_path)
-    assert Path(said.strip()) == source / 'config'
-    said = call([empty_env / 'bin/ur5', '--version'], tmp_path)
-    assert said.split() == ['ur5', __version__]
+    printed = call([empty_env / 'bin/python', '-c', WHERE], tmp_path)
+    assert Path(printed.strip()) == source / 'config'
+    printed = call([empty_env / 'bin/ur5', '--version'], tmp_path)
+    assert printed.split() == ['ur5', __version__]
 
 
 def test_the_source_archive_holds_every_file_of_the_repository(distributions, tracked):

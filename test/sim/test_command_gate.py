@@ -265,8 +265,8 @@ def test_two_publishers_are_reported_by_name_once_and_end_the_claim_of_repeatabi
     assert gate.repeatable and not gate.drain_events()
     for _ in range(3):
         gate.publishers({COMMAND: ['/ur5_control', '/intruder'], ARRAY: []})
-    told, = gate.drain_events()
-    assert '/intruder' in told.message and '/ur5_control' in told.message
+    reported, = gate.drain_events()
+    assert '/intruder' in reported.message and '/ur5_control' in reported.message
     assert not gate.repeatable
 
 

@@ -107,9 +107,9 @@ def test_a_fallback_never_latches_and_reports_when_it_acts(plant_of):
     plant.step(None)
     plant.change('fallback', 'zero_torque')
     plant.step(None)
-    told = [(event.stamp, json.loads(event.values['mode']), json.loads(event.values['active']))
+    reported = [(event.stamp, json.loads(event.values['mode']), json.loads(event.values['active']))
             for event in plant.drain_events() if event.kind == 'fallback']
     ms = 1_000_000
-    assert told == [(1 * ms, 'brake', True), (2 * ms, 'brake', False), (3 * ms, 'brake', True),
+    assert reported == [(1 * ms, 'brake', True), (2 * ms, 'brake', False), (3 * ms, 'brake', True),
                     (4 * ms, 'zero_torque', True)]
     assert plant.counters['fallback_periods'] == 3

@@ -139,10 +139,10 @@ def test_torque_is_clamped_to_the_limits_and_flagged_once_each_way(plant_of):
         np.testing.assert_array_equal(plant.step(command).effort, limit)
     plant.reset()
     plant.step(ZERO)
-    told = [(json.loads(event.values['active']), json.loads(event.values['joints']))
+    reported = [(json.loads(event.values['active']), json.loads(event.values['joints']))
             for event in plant.drain_events()
             if event.kind == 'limit' and json.loads(event.values['kind']) == 'effort']
-    assert told == [(True, list(JOINT_NAMES)), (False, [])]
+    assert reported == [(True, list(JOINT_NAMES)), (False, [])]
 
 
 @pytest.mark.fault(64)
@@ -193,10 +193,10 @@ def test_a_stop_holds_a_joint_exactly_and_lets_it_go(plant_of):
     for _ in range(100):
         plant.step(np.array([-30.0, 0, 0, 0, 0, 0]))
     assert plant.truth.q[0] < upper - 0.01
-    told = [(json.loads(event.values['joints']), json.loads(event.values['active']))
+    reported = [(json.loads(event.values['joints']), json.loads(event.values['active']))
             for event in plant.drain_events() if event.kind == 'limit'
             and json.loads(event.values['kind']) == 'position']
-    assert told == [(['shoulder_pan_joint'], True), ([], False)]
+    assert reported == [(['shoulder_pan_joint'], True), ([], False)]
 
 
 def test_a_reset_is_the_initial_state_under_the_next_stamp(plant_of):
@@ -218,11 +218,11 @@ def test_a_run_after_a_reset_is_the_first_run_again(plant_of):
     plant = plant_of(arm='ur5_real')
     runs = []
     for _ in range(2):
-        told = hashlib.sha256()
+        reported = hashlib.sha256()
         for step in range(200):
             state = plant.step(np.sin(step * np.arange(6)) * 5.0)
-            told.update(state.q.tobytes() + state.qd.tobytes())
-        runs.append(told.digest())
+            reported.update(state.q.tobytes() + state.qd.tobytes())
+        runs.append(reported.digest())
         plant.reset()
     assert runs[0] == runs[1]
 
@@ -233,9 +233,10 @@ def test_changes_act_from_the_next_step_and_are_events(plant_of):
     plant.change('payload.mass', 2)
     for _ in range(50):
         np.testing.assert_array_equal(plant.step(ZERO).q, other.step(ZERO).q)
-    told = [(event.stamp, json.loads(event.values['name']), json.loads(event.values['value']))
+    reported = [(event.stamp, json.loads(event.values['name']), json.loads(event.values['value']))
             for event in plant.drain_events() if event.kind == 'parameter']
-    assert told == [(1_000_000, 'payload.com', [0.0, 0.0, 0.1]), (1_000_000, 'payload.mass', 2.0)]
+    assert reported == [(1_000_000, 'payload.com', [0.0, 0.0, 0.1]),
+                        (1_000_000, 'payload.mass', 2.0)]
 
 
 @pytest.mark.parametrize(('name', 'value', 'reason'), [
@@ -358,9 +359,9 @@ def test_a_wrench_lasts_as_long_as_it_should(plant_of):
     plant.apply_wrench([0.0, 0.0, 50.0], [0.0, 0.0, 0.0], frame='base_link')
     for _ in range(60):
         plant.step(None)
-    told = [(event.stamp // 1_000_000, json.loads(event.values['force']))
+    reported = [(event.stamp // 1_000_000, json.loads(event.values['force']))
             for event in plant.drain_events() if event.kind == 'wrench']
-    assert told == [(2, [0.0, 0.0, 50.0]), (52, [0.0, 0.0, 0.0])]
+    assert reported == [(2, [0.0, 0.0, 50.0]), (52, [0.0, 0.0, 0.0])]
 
 
 def test_a_wrench_in_base_link_is_turned_by_half_a_turn(plant_of):

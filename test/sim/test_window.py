@@ -33,8 +33,8 @@ def screen():
         pass_fds=(write,), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     os.close(write)
     try:
-        with os.fdopen(read) as told:
-            yield ':' + told.readline().strip()  # comes when it takes connections
+        with os.fdopen(read) as reported:
+            yield ':' + reported.readline().strip()  # comes when it takes connections
     finally:
         server.terminate()
         server.wait()

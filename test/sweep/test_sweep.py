@@ -117,9 +117,9 @@ def test_a_cluster_of_processes_gives_the_table_of_one_process(cluster, alone, t
     cluster.worker()
     cluster.worker()
     folder = SweepFolder(tmp_path / 'sweep', spec_of())
-    told = []
-    run_sweep(folder.spec, folder, cluster.address, progress=told.append)
-    assert told[0] == 0 and told[-1] == 6 and told == sorted(told)
+    reported = []
+    run_sweep(folder.spec, folder, cluster.address, progress=reported.append)
+    assert reported[0] == 0 and reported[-1] == 6 and reported == sorted(reported)
     assert folder.table().equals(alone)
     path = folder.write_table()
     assert polars.read_parquet(path).equals(alone)

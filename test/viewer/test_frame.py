@@ -182,11 +182,11 @@ def test_the_progress_of_a_video_ends_at_one(short, tmp_path):
     assert shares == sorted(shares) and shares[-1] == 1.0
 
 
-@pytest.mark.parametrize(('name', 'said'), [
+@pytest.mark.parametrize(('name', 'printed'), [
     ('run.avi', 'png, .mp4, .gif'), ('missing/run.png', 'no such folder'),
     ('there.png', 'exists')])
-def test_a_wrong_name_of_a_picture_is_refused_before_any_work(tmp_path, name, said):
+def test_a_wrong_name_of_a_picture_is_refused_before_any_work(tmp_path, name, printed):
     (tmp_path / 'there.png').write_bytes(b'')
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=printed):
         render(tmp_path / 'no_run', tmp_path / name)
     assert (tmp_path / 'there.png').read_bytes() == b''

@@ -47,7 +47,7 @@ def test_a_shape_keeps_its_place_on_its_link():
     np.testing.assert_allclose(elbow, model, atol=1e-12)
 
 
-@pytest.mark.parametrize(('text', 'said'), [
+@pytest.mark.parametrize(('text', 'printed'), [
     ('no xml', 'not XML'),
     ('<robot/>', '0 root links'),
     ('<robot><link name="a"/><link name="b"/></robot>', '2 root links'),
@@ -62,7 +62,7 @@ def test_a_shape_keeps_its_place_on_its_link():
     ('<robot><link name="a"/><link name="b"/><joint name="j" type="fixed"><parent link="a"/>'
      '<child link="b"/><origin xyz="1 2 nan"/></joint></robot>', '3 numbers'),
 ])
-def test_a_description_that_is_none_is_refused_in_one_line(text, said):
-    with pytest.raises(InputError, match=said) as refusal:
+def test_a_description_that_is_none_is_refused_in_one_line(text, printed):
+    with pytest.raises(InputError, match=printed) as refusal:
         parse_urdf(text)
     assert '\n' not in str(refusal.value)

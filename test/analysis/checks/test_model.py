@@ -106,8 +106,8 @@ def test_energy_from_nowhere_is_noticed(simulated):
 def test_commands_that_are_not_the_laws_are_noticed(simulated):
     run = simulated(seconds=0.4)
     assert validate(run).check('law').value < 1e-9
-    told = replace(run.control, parameters={**run.control.parameters, 'kd': [11.0]})
-    check = validate(replace(run, control=told)).check('law')
+    reported = replace(run.control, parameters={**run.control.parameters, 'kd': [11.0]})
+    check = validate(replace(run, control=reported)).check('law')
     assert check.verdict == 'fail' and 'another law answered' in check.sentence
 
 

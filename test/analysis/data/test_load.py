@@ -25,8 +25,8 @@ JOINTS = 'sensor_msgs/msg/JointState'
 def rewrite(source: Path, target: Path, change=None, description=None, note=True):
     """Write a bag again, each message of (topic, number, data) as ``change`` returns it."""
     bag = open_bag(source)
-    said = {**bag.description, **(description or {})}
-    writer = BagWriter(target, {key: value for key, value in said.items() if value is not None})
+    printed = {**bag.description, **(description or {})}
+    writer = BagWriter(target, {key: value for key, value in printed.items() if value is not None})
     count, topics = {}, {name: writer.topic(name, kind) for name, kind in bag.topics.items()}
     rows = []
     for name in bag.topics:

@@ -92,10 +92,10 @@ REFUSED = {
 
 @pytest.mark.parametrize('how', REFUSED)
 def test_what_cannot_be_read_is_named_in_one_line(tmp_path, made, how):
-    options, says = REFUSED[how]
+    options, reason = REFUSED[how]
     path = write(tmp_path / 'other.mcap', arm_messages(made)[:5], **options)
     for act in (lambda: load_run(path, arm='ur5e'), lambda: load_playback(path)):
-        with pytest.raises(InputError, match=says) as caught:
+        with pytest.raises(InputError, match=reason) as caught:
             act()
         assert '\n' not in str(caught.value) and 'other.mcap' in str(caught.value)
 
@@ -142,11 +142,11 @@ CUT = {'cut': (lambda data: data[:len(data) // 2], 'unfinished'),
 
 @pytest.mark.parametrize('how', CUT)
 def test_a_file_without_a_whole_message_is_refused_with_what_is_wrong(tmp_path, made, how):
-    spoil, says = CUT[how]
+    spoil, reason = CUT[how]
     path = write(tmp_path / 'other.mcap', arm_messages(made) if spoil else [])
     if spoil:
         path.write_bytes(spoil(path.read_bytes()))
-    with pytest.raises(InputError, match=says) as caught:
+    with pytest.raises(InputError, match=reason) as caught:
         load_run(path, arm='ur5e')
     assert '\n' not in str(caught.value)
     with pytest.raises(InputError, match='no message to send'):

@@ -46,11 +46,11 @@ HARMLESS = {
 
 @pytest.mark.parametrize('how', HARMLESS)
 def test_a_damaged_metadata_yaml_takes_nothing_from_a_whole_recording(bag, how):
-    damage, says = HARMLESS[how]
+    damage, reason = HARMLESS[how]
     damage(bag)
     result = validate(load_run(bag, arm='ur5e'))
     assert result.verdict == 'pass' and result.about['states'] == 700
-    assert says in '; '.join(result.about['remarks'])
+    assert reason in '; '.join(result.about['remarks'])
 
 
 def fewer(folder):
@@ -84,13 +84,13 @@ def test_an_mcap_file_is_read_under_the_name_of_the_other_storage(bag):
         assert validate(load_run(path, arm='ur5e')).verdict == 'pass'
 
 
-@pytest.mark.parametrize('name, content, says', [
+@pytest.mark.parametrize('name, content, reason', [
     ('a.db3', b'', 'it holds nothing'), ('a.mcap', b'', 'holds nothing'),
     ('a.db3', b'text\n' * 99, 'not an sqlite3 file; give the bag'),
     ('a.mcap', b'text\n' * 99, 'not an MCAP file; give the bag')])
-def test_a_file_that_is_no_recording_is_named_with_the_way_out(tmp_path, name, content, says):
+def test_a_file_that_is_no_recording_is_named_with_the_way_out(tmp_path, name, content, reason):
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(InputError, match=says) as caught:
+    with pytest.raises(InputError, match=reason) as caught:
         load_run(tmp_path / name, arm='ur5e')
     assert '\n' not in str(caught.value) and name in str(caught.value)
 

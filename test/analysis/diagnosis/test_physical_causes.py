@@ -50,11 +50,11 @@ def test_a_mismatch_of_whole_parameter_sets_names_every_parameter(looped):
     law, plant = load_arm('ur5_description'), load_arm('ur5')
     found = {each['parameter']: each for each in cause['differences']}
     # every difference of the two files, and no other
-    wanted = {f'mass {i + 1}' for i in range(6) if law.mass[i] != plant.mass[i]}
-    wanted |= {f'centre of mass {i + 1}' for i in range(6) if np.any(law.com[i] != plant.com[i])}
-    wanted |= {f'tensor {i + 1}' for i in range(6)
+    expected = {f'mass {i + 1}' for i in range(6) if law.mass[i] != plant.mass[i]}
+    expected |= {f'centre of mass {i + 1}' for i in range(6) if np.any(law.com[i] != plant.com[i])}
+    expected |= {f'tensor {i + 1}' for i in range(6)
                if np.any(np.abs(law.inertia[i] - plant.inertia[i]) > 1e-12)}
-    assert set(found) == wanted
+    assert set(found) == expected
     first = cause['differences'][0]
     assert first['parameter'] == 'centre of mass 3'
     assert first['plant'][0] == 0.11993 and first['law'][0] == 0.15

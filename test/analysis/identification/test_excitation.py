@@ -111,8 +111,8 @@ def test_the_arm_that_moves_so_is_identified(looped, tmp_path):
     file = tmp_path / 'motion.yaml'
     file.write_text(experiment_yaml(found.experiment))
     run = looped(str(file), duration=15.0, control_rate=500, sim={'noise.velocity': 1e-3})
-    told = identify([run], load_arm('ur5_description'))
-    assert told.not_excited == ()
+    reported = identify([run], load_arm('ur5_description'))
+    assert reported.not_excited == ()
     assert trajectory_yaml(found.experiment).startswith('joint_names: [shoulder_pan_joint')
 
 

@@ -68,10 +68,10 @@ def test_on_the_reference_every_law_with_a_model_gives_the_torque_of_the_model(m
 def test_near_the_reference_and_slowly_the_laws_of_slotine_and_li_are_a_damped_spring_of_m():
     state, reference = state_and_reference()
     still = ArmState(state.stamp, state.q, np.zeros(6), np.zeros(6))
-    wanted = Reference(reference.q, np.zeros(6), np.zeros(6))
-    model, _ = answer_of(law_of('computed_torque'), still, wanted)
+    expected = Reference(reference.q, np.zeros(6), np.zeros(6))
+    model, _ = answer_of(law_of('computed_torque'), still, expected)
     for mode in ('slotine_li', 'sliding_mode'):
-        parts, _ = answer_of(law_of(mode, boundary_layer=[100.0]), still, wanted)
+        parts, _ = answer_of(law_of(mode, boundary_layer=[100.0]), still, expected)
         assert_allclose(parts[0], model[0], atol=1e-9)
 
 

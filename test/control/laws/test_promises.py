@@ -151,21 +151,21 @@ def test_the_energy_of_the_error_falls_under_slotine_and_li_as_exp_of_minus_2_k_
 
 def adaptive_run(mode, duration=10.0, rate=1000, **control):
     """A law that believes in 5 kg at the tool; there are 6."""
-    believed, real = (loaded_arm(ARM, mass, [0.0, 0.0, 0.05]) for mass in (5.0, 6.0))
-    return Run(mode, duration, believed, real, experiment='multi_sine', rate=rate, **STIFF,
+    law_arm, real = (loaded_arm(ARM, mass, [0.0, 0.0, 0.05]) for mass in (5.0, 6.0))
+    return Run(mode, duration, law_arm, real, experiment='multi_sine', rate=rate, **STIFF,
                **control), real
 
 
 def energy_and_loss(run, real, rate):
     """Return V at each state, and what -s'Ks has taken from it up to there in continuous time."""
-    gains, believed, estimate = gains_of(STIFF), run.law.arm, run.law.estimate
+    gains, law_arm, estimate = gains_of(STIFF), run.law.arm, run.law.estimate
     values, losses = [], []
     for state, answer, memory in zip(run.states, run.answers, run.memory, strict=True):
         run.law.estimate = memory
         values.append(run.law.lyapunov(state, answer.reference, real))
         s = sliding_variable(state, answer.reference, error_bandwidth(gains)).s
         root = square_root(gains.kd)
-        losses.append(s @ root @ model_terms(state, believed)[0] @ root @ s / rate)
+        losses.append(s @ root @ model_terms(state, law_arm)[0] @ root @ s / rate)
     run.law.estimate = estimate
     return np.array(values), np.concatenate([[0.0], np.cumsum(losses)[:-1]])
 

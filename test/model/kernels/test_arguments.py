@@ -73,13 +73,13 @@ def test_leading_dimensions_broadcast(function, count, tail):
 def test_lists_integers_slices_and_read_only_arrays_are_taken(function, count, tail):
     arm = load_arm('ur5')
     given = [np.round(x) for x in arguments(count, ())]
-    wanted = function(*given, arm)
+    desired = function(*given, arm)
     strided = [np.repeat(x, 2)[::2] for x in given]
     locked = [x.copy() for x in given]
     for x in locked:
         x.flags.writeable = False
     for form in ([x.tolist() for x in given], [x.astype(int) for x in given], strided, locked):
-        np.testing.assert_array_equal(function(*form, arm), wanted)
+        np.testing.assert_array_equal(function(*form, arm), desired)
 
 
 @pytest.mark.parametrize(('function', 'count', 'tail'), FUNCTIONS, ids=IDS)
@@ -135,12 +135,12 @@ def test_threads_may_call_at_the_same_time():
     arm = load_arm('ur5')
     q, qd, qdd = arguments(3, (5000,))
     many = dynamics.inverse_dynamics(q, qd, qdd, arm)
-    wanted = np.array([dynamics.inverse_dynamics(*x, arm) for x in zip(q, qd, qdd, strict=True)])
+    desired = np.array([dynamics.inverse_dynamics(*x, arm) for x in zip(q, qd, qdd, strict=True)])
     wrong = []
 
     def work():
         for i in range(0, 5000, 5):
-            if not np.array_equal(dynamics.inverse_dynamics(q[i], qd[i], qdd[i], arm), wanted[i]):
+            if not np.array_equal(dynamics.inverse_dynamics(q[i], qd[i], qdd[i], arm), desired[i]):
                 wrong.append(i)
         if not np.array_equal(dynamics.inverse_dynamics(q, qd, qdd, arm), many):
             wrong.append('all')
@@ -175,9 +175,9 @@ print(gravity_torque(np.ones(6), load_arm('ur5')).tolist())
 
 
 def test_without_a_folder_to_write_the_kernels_still_work():
-    wanted = str(dynamics.gravity_torque(np.ones(6), load_arm('ur5')).tolist())
+    desired = str(dynamics.gravity_torque(np.ones(6), load_arm('ur5')).tolist())
     no_folder = 'from numba.core import caching\ncaching.CacheImpl._locator_classes = []\n'
-    assert run(no_folder + CALL).strip() == wanted
+    assert run(no_folder + CALL).strip() == desired
 
 
 SORT = """
@@ -217,13 +217,13 @@ def test_compiled_kernels_are_kept_and_taken_from_the_cache(cache):
 
 
 def test_a_damaged_cache_does_no_harm(filled, cache):
-    wanted = filled[1].splitlines()[0]
+    desired = filled[1].splitlines()[0]
     for path in cache.rglob('*.nbi'):
         path.write_bytes(b'damaged')
-    assert run(CALL, NUMBA_CACHE_DIR=str(cache)).strip() == wanted
+    assert run(CALL, NUMBA_CACHE_DIR=str(cache)).strip() == desired
     for path in cache.rglob('*.nb?'):
         path.write_bytes(path.read_bytes()[:100])
-    assert run(CALL, NUMBA_CACHE_DIR=str(cache)).strip() == wanted
+    assert run(CALL, NUMBA_CACHE_DIR=str(cache)).strip() == desired
 
 
 def test_kernels_count_as_kept_while_no_file_that_is_compiled_is_newer(tmp_path, monkeypatch):
@@ -257,8 +257,8 @@ def test_taking_kernels_from_the_cache_leaves_the_compiler_unloaded(cache):
 
 
 def test_what_users_compile_is_declared_all_the_same(filled, cache):
-    for said in (filled[1], run(CALL + SORT, NUMBA_CACHE_DIR=str(cache))):
-        assert said.split()[-1] == '1.0'
+    for printed in (filled[1], run(CALL + SORT, NUMBA_CACHE_DIR=str(cache))):
+        assert printed.split()[-1] == '1.0'
 
 
 def test_importing_the_model_parameters_does_not_import_numba():

@@ -79,8 +79,8 @@ def test_a_law_that_gives_no_torque_is_a_warning_in_one_line_and_the_node_goes_o
     sim = ros.start('sim', arm='ur5_real')
     control.wait_for_line(words)
     assert 'Traceback' not in control.text
-    said = next(each for each in control.text.splitlines() if words in each)
-    assert 'my_law.py' in said
+    printed = next(each for each in control.text.splitlines() if words in each)
+    assert 'my_law.py' in printed
     assert control.stop() == 0, control.text
     assert sim.stop() == 0, sim.text
 

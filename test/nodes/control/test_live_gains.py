@@ -28,8 +28,8 @@ def change(watcher, **values):
 
 def later(states, periods=150):
     """Wait until the run has gone on for some states."""
-    heard = len(states)
-    wait_until(lambda: len(states) > heard + periods, f'{periods} states more')
+    received = len(states)
+    wait_until(lambda: len(states) > received + periods, f'{periods} states more')
 
 
 def start(ros, **more):
@@ -39,7 +39,7 @@ def start(ros, **more):
     control = ros.start('control', experiment='kebria_fig11', autostart=True,
                         bag=str(ros.folder / 'run' / 'control'))
     watcher = ros.observer()
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: states and np.abs(states[-1].velocity).max() > 0.02, 'an arm in motion')
     return sim, control, watcher, states
 

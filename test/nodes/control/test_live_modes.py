@@ -18,15 +18,15 @@ WITHOUT_M = ('pd', 'gravity_pd', 'impedance', 'pid')
 def test_every_law_is_selected_on_the_running_node_and_holds_the_arm(ros):
     sim, control = ros.start('sim', arm='ur5_real'), ros.start('control', arm='ur5_real')
     watcher = ros.observer()
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
 
     change = partial(watcher.set_parameters, 'ur5_control')
     wait_until(lambda: len(states) > 10, 'states')
     for mode in CHOICES:
         answer = change(mode=mode, **(SPRINGS if mode in WITHOUT_M else WEIGHED))
         assert answer.successful, (mode, answer.reason)
-        heard = len(states)
-        wait_until(lambda least=heard + 200: len(states) > least, f'200 states under {mode}')
+        received = len(states)
+        wait_until(lambda least=received + 200: len(states) > least, f'200 states under {mode}')
         assert np.abs(np.array(states[-1].position) - HOME).max() < 0.5, mode
     answer = change(mode='sliding_mode', kp=[100.0], kd=[2500.0])
     assert not answer.successful

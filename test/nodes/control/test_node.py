@@ -22,8 +22,8 @@ def arm(ros):
     ros.watcher = ros.observer()
     ros.control = ros.start('control', max_velocity=3.0, max_acceleration=20.0, max_jerk=500.0)
     ros.sim = ros.start('sim')
-    ros.states = ros.watcher.hear(JointState, '/joint_states')
-    ros.references = ros.watcher.hear(JointTrajectory, '/ur5_control/reference')
+    ros.states = ros.watcher.subscribe(JointState, '/joint_states')
+    ros.references = ros.watcher.subscribe(JointTrajectory, '/ur5_control/reference')
     wait_until(lambda: len(ros.references) > 10, 'a running loop')
     return ros
 
@@ -36,8 +36,8 @@ def stands_at(arm, q, tolerance=2e-3):
 
 def diagnosed(arm, text):
     """Wait until the diagnostics of the controller hold a text."""
-    told = arm.watcher.hear(DiagnosticArray, '/diagnostics')
-    wait_until(lambda: any(text in pair.value or text in pair.key for message in told
+    reported = arm.watcher.subscribe(DiagnosticArray, '/diagnostics')
+    wait_until(lambda: any(text in pair.value or text in pair.key for message in reported
                            for pair in message.status[0].values), f'{text!r} in the diagnostics')
 
 
@@ -50,15 +50,15 @@ def test_a_joint_target_is_reached(arm):
 
 
 def test_a_pose_target_is_reached_and_its_branch_reported(arm):
-    poses = arm.watcher.hear(PoseStamped, '/ur5_control/tool_pose')
+    poses = arm.watcher.subscribe(PoseStamped, '/ur5_control/tool_pose')
     wait_until(lambda: poses, 'the tool pose')
-    wanted = poses[-1]
-    wanted.pose.position.z += 0.05
-    wanted.header.frame_id = 'base'
-    arm.watcher.publisher(PoseStamped, '/ur5_control/target_pose').publish(wanted)
+    expected = poses[-1]
+    expected.pose.position.z += 0.05
+    expected.header.frame_id = 'base'
+    arm.watcher.publisher(PoseStamped, '/ur5_control/target_pose').publish(expected)
 
     def error():
-        here, there = poses[-1].pose.position, wanted.pose.position
+        here, there = poses[-1].pose.position, expected.pose.position
         return max(abs(getattr(here, axis) - getattr(there, axis)) for axis in 'xyz')
     wait_until(lambda: error() < 1e-3, 'the tool at the pose')
     diagnosed(arm, 'branch')
@@ -77,7 +77,7 @@ def test_a_trajectory_is_followed(arm):
 
 
 def test_a_path_is_followed(arm):
-    poses = arm.watcher.hear(PoseStamped, '/ur5_control/tool_pose')
+    poses = arm.watcher.subscribe(PoseStamped, '/ur5_control/tool_pose')
     wait_until(lambda: poses, 'the tool pose')
     here = poses[-1].pose
     path = Path()
@@ -115,21 +115,21 @@ WRONG = [
 
 
 def test_wrong_targets_are_refused_and_the_arm_holds(arm):
-    told = arm.watcher.hear(DiagnosticArray, '/diagnostics', publishers=2)
-    wait_until(lambda: len(told) > 2, 'diagnostics')
-    for topic, message, said in WRONG:
+    reported = arm.watcher.subscribe(DiagnosticArray, '/diagnostics', publishers=2)
+    wait_until(lambda: len(reported) > 2, 'diagnostics')
+    for topic, message, printed in WRONG:
         key = f'/ur5_control/{topic}: refused'
 
         def count(key=key):
-            found = [int(pair.value) for message in told[-2:]
+            found = [int(pair.value) for message in reported[-2:]
                      for pair in message.status[0].values if pair.key == key]
             return found[-1] if found else 0
 
         before = count()
         arm.watcher.publisher(type(message), f'/ur5_control/{topic}').publish(message)
         wait_until(lambda before=before: count() > before, f'{topic} refused')
-        assert any(said in pair.value for message in told[-2:]
-                   for pair in message.status[0].values if pair.key == 'last_refusal'), said
+        assert any(printed in pair.value for message in reported[-2:]
+                   for pair in message.status[0].values if pair.key == 'last_refusal'), printed
     running = len(arm.states)
     wait_until(lambda: len(arm.states) > running + 100, 'a hundred states more')
     assert np.abs(np.array(arm.states[-1].position) - HOME).max() < 1e-4
@@ -150,10 +150,10 @@ def test_services_and_live_parameters_are_served(arm):
 
 
 def test_errors_parts_and_poses_come_at_the_monitor_rate(arm):
-    errors = arm.watcher.hear(JointState, '/ur5_control/error')
-    parts = arm.watcher.hear(JointState, '/ur5_control/torque_parts')
-    wanted = arm.watcher.hear(PoseStamped, '/ur5_control/reference_pose')
-    wait_until(lambda: len(errors) > 5 and len(parts) > 5 and len(wanted) > 5, 'five of each')
+    errors = arm.watcher.subscribe(JointState, '/ur5_control/error')
+    parts = arm.watcher.subscribe(JointState, '/ur5_control/torque_parts')
+    expected = arm.watcher.subscribe(PoseStamped, '/ur5_control/reference_pose')
+    wait_until(lambda: len(errors) > 5 and len(parts) > 5 and len(expected) > 5, 'five of each')
     stamps = [message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
               for message in errors]
     assert set(np.diff(stamps[:5])) == {20_000_000}

@@ -73,7 +73,7 @@ class Pair:
         self.clock[0] += pause
         self.follows_on = 0 < self.cycle.stamp < stamp_of_period(first, rate)
         began, k = self.clock[0], first
-        report_at, heard_since = began + reported, began
+        report_at, received_since = began + reported, began
         period = 1.0 / (rate * realtime_factor) if realtime_factor else 1e-4
         for turn in range(60):
             if self.clock[0] >= report_at:
@@ -83,12 +83,12 @@ class Pair:
             if turn in control_restarts:
                 self.start()
                 self.follows_on = False
-                heard_since = self.clock[0]
-                report_at = min(report_at, heard_since + 0.9)
+                received_since = self.clock[0]
+                report_at = min(report_at, received_since + 0.9)
             answered = self.send(k, rate)
-            if not lockstep and self.clock[0] - heard_since > LONGEST_SILENCE:
+            if not lockstep and self.clock[0] - received_since > LONGEST_SILENCE:
                 assert answered, 'the arm is not held'
-            if self.clock[0] - heard_since > LONGEST_TAKEOVER:
+            if self.clock[0] - received_since > LONGEST_TAKEOVER:
                 assert answered, 'not followed within a second'
                 assert self.cycle.controller_rate == rate
             if answered or not lockstep:

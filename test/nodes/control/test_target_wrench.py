@@ -28,7 +28,7 @@ def test_the_tool_presses_with_the_desired_wrench(ros):
     bags = [str(ros.folder / 'run' / node) for node in ('sim', 'control')]
     sim = ros.start('sim', world='table', initial_positions=START, bag=bags[0])
     control = ros.start('control', mode='cartesian_impedance', bag=bags[1])
-    felt = watcher.hear(WrenchStamped, '/force_torque_sensor_broadcaster/wrench')
+    felt = watcher.subscribe(WrenchStamped, '/force_torque_sensor_broadcaster/wrench')
     publisher = watcher.publisher(WrenchStamped, '/ur5_control/target_wrench')
     send_until(lambda: publisher.publish(wrench(-20.0)),
                lambda: felt and felt[-1].wrench.force.z < -15.0, 'a press of 20 N')

@@ -45,15 +45,15 @@ class Client:
         self.control = ros.start('control', environment=interfaces, bag='none', **control)
         self.observer = ros.observer()
         self.statuses, self.feedback = [], []
-        self.states = self.observer.hear(JointState, '/joint_states')
+        self.states = self.observer.subscribe(JointState, '/joint_states')
         self.client = ActionClient(self.observer.node, FollowJointTrajectory,
                                    '/ur5_control/follow_joint_trajectory')
         wait_until(self.client.server_is_ready, 'the action')
-        self.observer.hear(
+        self.observer.subscribe(
             GoalStatusArray, '/ur5_control/follow_joint_trajectory/_action/status', kept=True,
-            react=lambda heard: self.statuses.append(
-                [each.status for each in heard.status_list][-1:]))
-        commands = self.observer.hear(JointState, '/joint_command')
+            react=lambda received: self.statuses.append(
+                [each.status for each in received.status_list][-1:]))
+        commands = self.observer.subscribe(JointState, '/joint_command')
         wait_until(lambda: len(commands) > 5, 'commands')
 
     def send(self, goal=None, **fields):
@@ -183,8 +183,8 @@ def test_states_that_stop_end_the_goal_and_so_does_the_end_of_the_node(ros, inte
     status, code, text = client.result(handle)
     assert (status, code) == (ABORTED, ResultCode.INVALID_GOAL) and 'states' in text
     client.sim = ros.start('sim', lockstep=False, control_rate=250, physics_rate=1000, bag='none')
-    heard = len(client.states)
-    wait_until(lambda: len(client.states) > heard + 50, 'states of the new simulator')
+    received = len(client.states)
+    wait_until(lambda: len(client.states) > received + 50, 'states of the new simulator')
     handle = client.send(trajectory(moved([0.3, 0, 0, 0, 0, 0]), 30.0))
     future = client.observer.in_its_thread(handle.get_result_async)
     assert client.control.stop() == 0

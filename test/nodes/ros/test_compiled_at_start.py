@@ -49,7 +49,7 @@ def test_a_paced_simulator_takes_wrenches_and_brakes_without_the_compiler(ros, c
     sim = cold('sim.node', 'SimNode', 'lockstep:=false', 'control_rate:=250',
                'physics_rate:=1000', 'effort_convention:=gravity_excluded', 'bag:=none')
     watcher, times, states = ros.observer(), [], []
-    watcher.hear(JointState, '/joint_states', react=lambda state: (
+    watcher.subscribe(JointState, '/joint_states', react=lambda state: (
         times.append(time.monotonic()), states.append(state)))
     torques = watcher.publisher(Float64MultiArray, '/forward_effort_controller/commands')
     wrenches = watcher.publisher(WrenchStamped, '/ur5_sim/external_wrench')
@@ -74,7 +74,7 @@ def test_a_simulator_in_lockstep_takes_a_wrench_without_the_compiler(ros, cold):
     sim.wait_for_line('waiting for the first command', 300)
     control = ros.start('control', bag='none')
     watcher = ros.observer()
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: len(states) > 20, 'states')
     before: list[np.ndarray] = []
     for frame in ('base', 'tool0'):
@@ -99,7 +99,7 @@ def test_a_controller_monitors_plans_and_guards_without_the_compiler(ros, cold):
     sim = ros.start('sim', lockstep=False, control_rate=250, physics_rate=1000, bag='none',
                     command_timeout=5.0)
     watcher = ros.observer()
-    poses = watcher.hear(PoseStamped, '/ur5_control/tool_pose')
+    poses = watcher.subscribe(PoseStamped, '/ur5_control/tool_pose')
     wait_until(lambda: poses, 'the monitor')
     target = PoseStamped()
     target.header.frame_id, target.pose = 'base', poses[-1].pose

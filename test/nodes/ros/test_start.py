@@ -26,10 +26,10 @@ FOR_PEOPLE = {'pydantic', 'plotly', 'rich', 'typer', 'viser', 'dask', 'polars'}
 
 def started(module: str, **environment: str) -> dict:
     """Return what a process knows of itself once it has imported a node."""
-    said = subprocess.run(
+    printed = subprocess.run(
         [sys.executable, '-c', ASK.format(module=module)], check=True, capture_output=True,
         text=True, env={**os.environ, **environment}).stdout
-    return json.loads(said.splitlines()[-1])
+    return json.loads(printed.splitlines()[-1])
 
 
 @pytest.mark.parametrize(('module', 'needless'), [
@@ -85,7 +85,7 @@ def test_nothing_that_starts_threads_is_imported_before_signals_are_blocked(modu
 
 def test_a_controller_at_work_holds_less_than_200_mib(ros):
     control = ros.start('control', fresh=True)
-    commands = ros.observer().hear(JointState, '/joint_command')
+    commands = ros.observer().subscribe(JointState, '/joint_command')
     ros.start('sim')
     wait_until(lambda: len(commands) > 100, 'a hundred commands')
     assert resident(control.pid) < 200.0

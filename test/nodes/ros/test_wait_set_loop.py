@@ -17,7 +17,7 @@ TOPICS = {'hot': JointState, 'cold': WrenchStamped, 'other': String}
 
 
 @pytest.fixture
-def heard(ros):
+def received(ros):
     """A loop that hears three topics, the numbers it knows them by, and who publishes there."""
     loop, talker = WaitSetLoop(ros.observer('listener').node), ros.observer('talker')
     numbers = {topic: loop.subscribe(kind, topic, QOS, hot=topic == 'hot')
@@ -26,8 +26,8 @@ def heard(ros):
                           for topic, kind in TOPICS.items()}
 
 
-def test_what_comes_now_and_then_is_heard_while_hot_messages_never_pause(heard):
-    loop, numbers, publish = heard
+def test_what_comes_now_and_then_is_heard_while_hot_messages_never_pause(received):
+    loop, numbers, publish = received
     wrench, found, hot = WrenchStamped(), [], 0
     limit = time.monotonic() + 30.0
     for turn in range(1, 1_000_000):
@@ -47,8 +47,8 @@ def test_what_comes_now_and_then_is_heard_while_hot_messages_never_pause(heard):
     assert hot >= 900
 
 
-def test_every_one_of_a_burst_is_handed_over_in_order(heard):
-    loop, numbers, publish = heard
+def test_every_one_of_a_burst_is_handed_over_in_order(received):
+    loop, numbers, publish = received
     publish['hot'](JointState())
     assert loop.wait(5.0)  # from here on the loop counts as running
     for text in 'abcdefgh':
@@ -61,8 +61,8 @@ def test_every_one_of_a_burst_is_handed_over_in_order(heard):
     assert ''.join(found) == 'abcdefgh'
 
 
-def test_a_wake_ends_a_wait_of_either_kind(heard):
-    loop, _, publish = heard
+def test_a_wake_ends_a_wait_of_either_kind(received):
+    loop, _, publish = received
     for before in ([], ['hot']):
         time.sleep(2 * HOT_POLL_PERIOD)
         for topic in before:

@@ -26,12 +26,12 @@ def test_contact_is_published_recorded_and_zeroed(ros):
     watcher = ros.observer()
     simulator = ros.start('sim', world='blocks', lockstep=False, initial_positions=START,
                           force_torque__offset=[1.0, 2.0, 3.0, 0.0, 0.0, 0.0])
-    wrenches = watcher.hear(WrenchStamped, '/force_torque_sensor_broadcaster/wrench')
-    efforts = watcher.hear(JointState, '/ur5_sim/contact_effort')
-    markers = watcher.hear(MarkerArray, '/ur5_sim/contacts')
-    objects = watcher.hear(PoseArray, '/ur5_sim/objects')
-    description = watcher.hear(String, '/robot_description', kept=True)
-    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
+    wrenches = watcher.subscribe(WrenchStamped, '/force_torque_sensor_broadcaster/wrench')
+    efforts = watcher.subscribe(JointState, '/ur5_sim/contact_effort')
+    markers = watcher.subscribe(MarkerArray, '/ur5_sim/contacts')
+    objects = watcher.subscribe(PoseArray, '/ur5_sim/objects')
+    description = watcher.subscribe(String, '/robot_description', kept=True)
+    reported = watcher.subscribe(DiagnosticArray, '/ur5_sim/events')
     wait_until(lambda: wrenches and efforts and objects and len(markers) > 5, 'contact topics')
     assert wrenches[-1].header.frame_id == 'tool0'
     force = wrenches[-1].wrench.force
@@ -48,7 +48,7 @@ def test_contact_is_published_recorded_and_zeroed(ros):
     answer = watcher.call(Trigger, '/ur5_sim/zero_force_torque_sensor')
     assert answer.success, answer.message
     wait_until(lambda: wrenches[-1].wrench.force.x == 0.0, 'a wrench of zero')
-    wait_until(lambda: any(each.status[0].name == 'force_torque_sensor' for each in told),
+    wait_until(lambda: any(each.status[0].name == 'force_torque_sensor' for each in reported),
                'an event')
     assert simulator.stop() == 0
     bag = open_bag(ros.bag('sim'))

@@ -26,16 +26,16 @@ def behind(bag, until):
 def test_late_periods_on_diagnostics_are_those_of_the_bag(ros):
     sim = ros.start('sim', lockstep=False, control_rate=250, physics_rate=1000)
     watcher = ros.observer()
-    states = watcher.hear(JointState, '/joint_states')
-    told = watcher.hear(DiagnosticArray, '/diagnostics')
+    states = watcher.subscribe(JointState, '/joint_states')
+    reports = watcher.subscribe(DiagnosticArray, '/diagnostics')
     for _ in range(5):
         count = len(states)
         wait_until(lambda count=count: len(states) > count + 50, 'further states')
         sim.popen.send_signal(signal.SIGSTOP)
         time.sleep(0.06)
         sim.popen.send_signal(signal.SIGCONT)
-    count = len(told)
-    wait_until(lambda: len(told) > count + 1, 'diagnostics after the last stop')
+    count = len(reports)
+    wait_until(lambda: len(reports) > count + 1, 'diagnostics after the last stop')
     assert sim.stop() == 0, sim.text
     bag = open_bag(ros.bag('sim'))
     message = [each for _, each in bag.messages('/diagnostics')

@@ -47,27 +47,27 @@ def answerer(watcher, publisher):
     return react
 
 
-def events(heard, kind):
+def events(received, kind):
     return [{pair.key: json.loads(pair.value) for pair in message.status[0].values}
-            for message in heard if message.status[0].name == kind]
+            for message in received if message.status[0].name == kind]
 
 
 def test_a_plain_controller_gets_the_states_of_the_plant_without_ros(ros):
     watcher = ros.observer()
     sim = ros.start('sim', stop_after=0.2)
     publisher = watcher.publisher(JointState, '/joint_command')
-    states = watcher.hear(JointState, '/joint_states', react=answerer(watcher, publisher))
+    states = watcher.subscribe(JointState, '/joint_states', react=answerer(watcher, publisher))
     assert sim.ends() == 0, sim.text
     wait_until(lambda: stamp(states[-1]) == 200_000_000, 'the last state')
     plant = plant_from_parameters({})
     expected = [plant.state] + [plant.step(TORQUE) for _ in range(199)]
     plant.close()
-    heard = {stamp(state): state for state in states}
-    assert sorted(heard) == [state.stamp for state in expected]
+    received = {stamp(state): state for state in states}
+    assert sorted(received) == [state.stamp for state in expected]
     for state in expected:
-        assert heard[state.stamp].position.tolist() == state.q.tolist()
-        assert heard[state.stamp].velocity.tolist() == state.qd.tolist()
-        assert heard[state.stamp].effort.tolist() == state.effort.tolist()
+        assert received[state.stamp].position.tolist() == state.q.tolist()
+        assert received[state.stamp].velocity.tolist() == state.qd.tolist()
+        assert received[state.stamp].effort.tolist() == state.effort.tolist()
 
 
 def test_steps_while_paused_give_the_states_of_running(ros):
@@ -76,7 +76,7 @@ def test_steps_while_paused_give_the_states_of_running(ros):
     publisher = watcher.publisher(JointState, '/joint_command')
     assert not watcher.call(Trigger, '/ur5_sim/step').success
     assert watcher.call(SetBool, '/ur5_sim/pause', SetBool.Request(data=True)).success
-    states = watcher.hear(JointState, '/joint_states', react=answerer(watcher, publisher))
+    states = watcher.subscribe(JointState, '/joint_states', react=answerer(watcher, publisher))
     for k in range(2, 12):
         done = watcher.call(Trigger, '/ur5_sim/step')
         assert (done.success, done.message) == (True, f'state {k} is published')
@@ -92,7 +92,7 @@ def test_a_step_waits_for_its_command_while_other_services_answer(ros):
     watcher = ros.observer()
     ros.start('sim')
     publisher = watcher.publisher(JointState, '/joint_command')
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     watcher.call(SetBool, '/ur5_sim/pause', SetBool.Request(data=True))
     step = watcher.call_async(Trigger, '/ur5_sim/step')
     assert watcher.set_parameters('ur5_sim', payload__mass=1.0).successful
@@ -108,12 +108,12 @@ def test_a_reset_puts_the_arm_back_under_the_next_stamp(ros):
     watcher = ros.observer()
     ros.start('sim', stop_after=0)
     publisher = watcher.publisher(JointState, '/joint_command')
-    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
-    states = watcher.hear(JointState, '/joint_states', react=answerer(watcher, publisher))
+    reported = watcher.subscribe(DiagnosticArray, '/ur5_sim/events')
+    states = watcher.subscribe(JointState, '/joint_states', react=answerer(watcher, publisher))
     wait_until(lambda: len(states) > 50, 'fifty states')
     assert watcher.call(Trigger, '/ur5_sim/reset').success
-    wait_until(lambda: len(events(told, 'reset')) == 1, 'the event')
-    where = next(message for message in told if message.status[0].name == 'reset')
+    wait_until(lambda: len(events(reported, 'reset')) == 1, 'the event')
+    where = next(message for message in reported if message.status[0].name == 'reset')
     wait_until(lambda: stamp(states[-1]) > stamp(where), 'states after it')
     stamps = list(dict.fromkeys(stamp(state) for state in states))
     assert stamps == sorted(stamps)
@@ -139,12 +139,12 @@ def test_wrong_commands_are_refused_whole_and_counted(ros):
     watcher = ros.observer()
     sim = ros.start('sim')
     publisher = watcher.publisher(JointState, '/joint_command')
-    told = watcher.hear(DiagnosticArray, '/diagnostics')
-    states = watcher.hear(JointState, '/joint_states')
+    reported = watcher.subscribe(DiagnosticArray, '/diagnostics')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: states, 'state 1')
 
     def refused():
-        values = told[-1].status[0].values if told else []
+        values = reported[-1].status[0].values if reported else []
         return sum(int(pair.value) for pair in values
                    if pair.key.startswith('refused /joint_command'))
 
@@ -164,7 +164,7 @@ def test_names_in_another_order_are_matched(ros):
     watcher = ros.observer()
     ros.start('sim')
     publisher = watcher.publisher(JointState, '/joint_command')
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: states, 'state 1')
     publisher.publish(command(states[-1], TORQUE[::-1], JOINT_NAMES[::-1]))
     wait_until(lambda: stamp(states[-1]) == 2_000_000, 'state 2')
@@ -183,7 +183,7 @@ def test_zeros_hold_the_arm_in_the_robots_own_convention(ros):
             seen.add(stamp(state))
             publisher.publish(zeros)
 
-    states = watcher.hear(JointState, '/joint_states', react=answer)
+    states = watcher.subscribe(JointState, '/joint_states', react=answer)
     wait_until(lambda: states and stamp(states[-1]) == 500_000_000, 'the last state')
     arm = load_arm('ur5')
     home = np.array(HOME)
@@ -194,7 +194,7 @@ def test_zeros_hold_the_arm_in_the_robots_own_convention(ros):
 def test_a_wrench_pushes_in_its_frame_and_an_unknown_frame_is_refused(ros):
     watcher = ros.observer()
     ros.start('sim')
-    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
+    reported = watcher.subscribe(DiagnosticArray, '/ur5_sim/events')
     publisher = watcher.publisher(WrenchStamped, '/ur5_sim/external_wrench')
     for frame, force in (('base', 5.0), ('base_link', 5.0), ('tool0', 5.0), ('world', 5.0),
                          ('base', float('nan'))):
@@ -202,39 +202,40 @@ def test_a_wrench_pushes_in_its_frame_and_an_unknown_frame_is_refused(ros):
         message.header.frame_id = frame
         message.wrench.force.x = force
         publisher.publish(message)
-    wait_until(lambda: len(events(told, 'wrench')) == 3 and len(events(told, 'refused')) == 1,
+    wait_until(lambda: (len(events(reported, 'wrench')) == 3
+                        and len(events(reported, 'refused')) == 1),
                'three wrenches and a refusal')
-    forces = [each['force'] for each in events(told, 'wrench')]
+    forces = [each['force'] for each in events(reported, 'wrench')]
     assert forces[0] == [5.0, 0.0, 0.0]
     assert forces[1] == [-5.0, 0.0, 0.0]
     assert np.linalg.norm(forces[2]) == pytest.approx(5.0)
-    assert 'world' in events(told, 'refused')[0]['reason']
+    assert 'world' in events(reported, 'refused')[0]['reason']
 
 
 def test_live_parameters_change_the_plant_and_the_rest_is_refused(ros):
     watcher = ros.observer()
     ros.start('sim')
-    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
+    reported = watcher.subscribe(DiagnosticArray, '/ur5_sim/events')
     watcher.publisher(JointState, '/joint_command')
     assert watcher.set_parameters('ur5_sim', payload__mass=2, friction__viscous=[1.0] * 6
                           ).successful
-    wait_until(lambda: len(events(told, 'parameter')) == 2, 'two events')
+    wait_until(lambda: len(events(reported, 'parameter')) == 2, 'two events')
     for wrong in ({'payload__mass': -1.0}, {'payload__mass': float('nan')},
                   {'friction__viscous': [1.0]}, {'control_rate': 500}, {'fallback': 'panic'},
                   {'use_sim_time': True}, {'noise__position': float('inf')}):
         result = watcher.set_parameters('ur5_sim', **wrong)
         assert not result.successful
         assert result.reason
-    assert len(events(told, 'parameter')) == 2
+    assert len(events(reported, 'parameter')) == 2
 
 
 def test_clock_description_and_run_are_published(ros):
     watcher = ros.observer()
     ros.start('sim', tf_prefix='left_')
-    clock = watcher.hear(Clock, '/clock')
-    description = watcher.hear(String, '/robot_description', kept=True)
-    run = watcher.hear(String, '/ur5_sim/run', kept=True)
-    states = watcher.hear(JointState, '/joint_states')
+    clock = watcher.subscribe(Clock, '/clock')
+    description = watcher.subscribe(String, '/robot_description', kept=True)
+    run = watcher.subscribe(String, '/ur5_sim/run', kept=True)
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: clock and description and run and states, 'all of them')
     assert clock[0].clock.nanosec == 1_000_000
     assert '<joint name="left_shoulder_pan_joint"' in description[0].data
@@ -246,8 +247,8 @@ def test_noise_is_seen_in_the_states_and_not_in_the_truth(ros):
     watcher = ros.observer()
     ros.start('sim', noise__position=1e-3, seed=5)
     publisher = watcher.publisher(JointState, '/joint_command')
-    truth = watcher.hear(JointState, '/ur5_sim/ground_truth')
-    states = watcher.hear(JointState, '/joint_states', react=answerer(watcher, publisher))
+    truth = watcher.subscribe(JointState, '/ur5_sim/ground_truth')
+    states = watcher.subscribe(JointState, '/joint_states', react=answerer(watcher, publisher))
     wait_until(lambda: len(truth) > 100 and len(states) > 100, 'a hundred of each')
     exact = {stamp(state): np.array(state.position) for state in truth}
     errors = [np.array(state.position) - exact[stamp(state)] for state in states[5:90]
@@ -259,14 +260,14 @@ def test_the_timeout_fires_the_arm_brakes_and_a_command_takes_over_again(ros):
     watcher = ros.observer()
     sim = ros.start('sim', lockstep_timeout=0.3)
     publisher = watcher.publisher(JointState, '/joint_command')
-    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
-    states = watcher.hear(JointState, '/joint_states')
+    reported = watcher.subscribe(DiagnosticArray, '/ur5_sim/events')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: states, 'state 1')
     publisher.publish(command(states[-1]))
     wait_until(lambda: stamp(states[-1]) > 100_000_000, 'the simulator running on')
-    assert [each['fired'] for each in events(told, 'lockstep')] == [True]
+    assert [each['fired'] for each in events(reported, 'lockstep')] == [True]
     publisher.publish(command(states[-1]))
-    wait_until(lambda: len(events(told, 'lockstep')) == 2, 'lockstep again')
+    wait_until(lambda: len(events(reported, 'lockstep')) == 2, 'lockstep again')
     assert np.abs(states[-1].velocity).max() < 1e-6
     assert sim.stop() == 0
     notes = open_bag(ros.bag('sim')).notes['summary']
@@ -280,12 +281,12 @@ def test_silence_ends_torque_mode_until_it_is_resumed(ros):
     sim = ros.start('sim', lockstep=False, command_timeout=0.5, leave_torque_mode=True,
                     effort_convention='gravity_excluded', fallback='brake')
     publisher = watcher.publisher(JointState, '/joint_command')
-    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
-    states = watcher.hear(JointState, '/joint_states')
+    reported = watcher.subscribe(DiagnosticArray, '/ur5_sim/events')
+    states = watcher.subscribe(JointState, '/joint_states')
     push = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.5])
 
     def modes():
-        return [each['active'] for each in events(told, 'torque_mode')]
+        return [each['active'] for each in events(reported, 'torque_mode')]
 
     def push_until(condition, what):
         wait_until(lambda: publisher.publish(command(states[-1], push)) or condition(), what)
@@ -306,7 +307,7 @@ def test_silence_ends_torque_mode_until_it_is_resumed(ros):
 def test_scales_of_the_friction_model_are_parameters(ros):
     watcher = ros.observer()
     ros.start('sim')
-    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
+    reported = watcher.subscribe(DiagnosticArray, '/ur5_sim/events')
     asked = []
 
     class Node:
@@ -320,8 +321,8 @@ def test_scales_of_the_friction_model_are_parameters(ros):
 
     scales = SimpleNamespace(viscous_scale=np.full(6, 0.9, np.float32), coulomb_scale=[0.8] * 6)
     assert set_compensation(Node(), scales)
-    wait_until(lambda: len(events(told, 'parameter')) == 2, 'both parameters')
-    assert [each['name'] for each in events(told, 'parameter')] == [
+    wait_until(lambda: len(events(reported, 'parameter')) == 2, 'both parameters')
+    assert [each['name'] for each in events(reported, 'parameter')] == [
         'friction_compensation.viscous_scale', 'friction_compensation.coulomb_scale']
     assert not set_compensation(Node(), SimpleNamespace(viscous_scale=[3.0] * 6,
                                                         coulomb_scale=[0.8] * 6))
@@ -333,7 +334,7 @@ def test_a_signal_ends_the_run_in_order(ros, number):
     watcher = ros.observer()
     sim = ros.start('sim')
     control = ros.start('control', experiment='joint_step', autostart=True)
-    states = watcher.hear(JointState, '/joint_states')
+    states = watcher.subscribe(JointState, '/joint_states')
     wait_until(lambda: len(states) > 100, 'a running loop')
     sim.popen.send_signal(number)
     sim.popen.send_signal(number)

@@ -22,7 +22,7 @@ class Client:
         self.srv = srv
         self.node = ros.start('sim', environment=interfaces, bag='none', **parameters)
         self.observer = ros.observer()
-        self.states = self.observer.hear(JointState, '/joint_states')
+        self.states = self.observer.subscribe(JointState, '/joint_states')
 
     def call(self, name, **fields):
         kind = getattr(self.srv, ''.join(word.title() for word in name.split('_')))

@@ -34,9 +34,9 @@ def answers_of(bags: list[BagData], states_bag: BagData, states: StateRows,
         (~np.isin(commands.stamp[stamped], recorded)
          & (commands.stamp[stamped] <= stamp[-1])).sum())
     answer = {'command': aligned(stamp, commands.stamp, commands.effort)}
-    heard = first_bag(bags, 'joint_command', FROM_SIM)
-    if heard is not None and heard.has('joint_states'):
-        commands, sent_states = heard.data['joint_command'], heard.data['joint_states']
+    received = first_bag(bags, 'joint_command', FROM_SIM)
+    if received is not None and received.has('joint_states'):
+        commands, sent_states = received.data['joint_command'], received.data['joint_states']
         # Of copies of a state the last one sent is the one that is answered.
         order = np.arange(len(sent_states.stamp))[::-1]
         sent, arrived = np.zeros((2, len(stamp)), dtype=np.int64)

@@ -224,9 +224,9 @@ OUT_OF_ORDER = {
 
 @pytest.mark.parametrize('how', OUT_OF_ORDER)
 def test_of_rows_out_of_order_the_longest_recording_is_taken(tmp_path, how):
-    text, says, rows = OUT_OF_ORDER[how]
+    text, reason, rows = OUT_OF_ORDER[how]
     found = read(tmp_path, text)
-    assert re.search(says, '; '.join(found.remarks)) and len(found.t) == rows
+    assert re.search(reason, '; '.join(found.remarks)) and len(found.t) == rows
     assert np.all(np.diff(found.t) > 0.0)
     which = np.rint((found.t - found.t[0]) / 0.002).astype(int)
     np.testing.assert_allclose(found.values['q'], Q[which], atol=1e-8)
@@ -256,13 +256,13 @@ def test_a_cell_that_is_no_number_is_named_with_its_column(tmp_path, stamp):
                                       for row in lines()[1:])])
 
 
-@pytest.mark.parametrize('value, says', [('-1', 'declared payload is -1 kg'),
+@pytest.mark.parametrize('value, reason', [('-1', 'declared payload is -1 kg'),
                                          ('nan', 'payload has numbers in 0% of the rows')])
-def test_a_payload_that_none_can_be_is_left_out_and_said(tmp_path, value, says):
+def test_a_payload_that_none_can_be_is_left_out_and_said(tmp_path, value, reason):
     (tmp_path / 'log.csv').write_text('\n'.join(
         f'{row},{value if i else "payload"}' for i, row in enumerate(lines())))
     sentences = '; '.join(import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5e'))
-    assert says in sentences and 'its six' not in sentences
+    assert reason in sentences and 'its six' not in sentences
     assert load_run(tmp_path / 'run').required_control.arm.payload.mass == 0.0
 
 

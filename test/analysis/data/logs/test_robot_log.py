@@ -67,7 +67,7 @@ def at(line, change):
     return spoil
 
 
-@pytest.mark.parametrize('spoil, says', [
+@pytest.mark.parametrize('spoil, reason', [
     (at(0, lambda line: line.replace('q_actual_3', 'q_actual_x')), 'no column q_actual_3 '),
     (lambda lines: [line.replace('q_actual', 'p') for line in lines], 'no columns q_actual_1..6'),
     (at(0, lambda line: line.replace('t,', 'clock,', 1)), 'no column t or timestamp or time'),
@@ -78,10 +78,10 @@ def at(line, change):
     (lambda lines: lines[:1], 'at least two whole rows'),
     (lambda lines: lines[:2], 'at least two whole rows'),
     (lambda lines: [], 'is empty')])
-def test_a_bad_log_is_refused_by_line_or_column(tmp_path, spoil, says):
+def test_a_bad_log_is_refused_by_line_or_column(tmp_path, spoil, reason):
     log = tmp_path / 'log.csv'
     log.write_text(text(spoil=spoil))
-    with pytest.raises(InputError, match=says):
+    with pytest.raises(InputError, match=reason):
         import_log(log, tmp_path / 'run')
     assert not (tmp_path / 'run').exists()
 
@@ -96,7 +96,7 @@ def cell(line, column, value):
     return spoil
 
 
-@pytest.mark.parametrize('spoil, says, rows', [
+@pytest.mark.parametrize('spoil, reason, rows', [
     (cell(5, 1, 'nan'), '1 row of 400 holds a value that is no number or impossible.*line 6', 399),
     (cell(5, 1, '5.9e293'), '1 row of 400 holds a value that is no number or impossible', 399),
     (cell(5, 1, 'inf'), '1 row of 400 holds a value that is no number or impossible', 399),
@@ -106,12 +106,12 @@ def cell(line, column, value):
     (cell(7, 0, '0.0'), '1 row of 400 goes back in time.*line 8', 399),
     (lambda lines: lines[:1] + [each for line in lines[1:] for each in (line, line)],
      '400 rows of 800 repeat the time', 400)])
-def test_rows_that_do_not_count_are_dropped_and_counted_by_line(tmp_path, spoil, says, rows):
+def test_rows_that_do_not_count_are_dropped_and_counted_by_line(tmp_path, spoil, reason, rows):
     (tmp_path / 'log.csv').write_text(text(spoil=spoil))
     sentences = import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5_real')
-    assert re.search(says, '; '.join(sentences))
+    assert re.search(reason, '; '.join(sentences))
     run = load_run(tmp_path / 'run')
-    assert len(run.stamp) == rows and re.search(says, '; '.join(run.remarks))
+    assert len(run.stamp) == rows and re.search(reason, '; '.join(run.remarks))
     result = validate(run)
     assert result.check('inverse dynamics').verdict == 'pass'
     assert result.check('timing').verdict == 'pass'  # a dropped row is no gap of the recorder
