@@ -34,7 +34,10 @@ class LiveView:
         self._samples: deque[Sample] = deque(maxlen=KEPT)
         self.injected: list[Injection] = []
         """What was added to the plant since the page was opened, at its stamp [s]."""
-        self.page = Page(self.tree, _empty(), f'{self.tree.name or "robot"}, live', port)
+        self.page = Page(self.tree, _empty(), f'{self.tree.name or "robot"}, live', port,
+                         controls='Colours')
+        with self.page.controls:
+            self.page.add_key()
         self.page.numbers.content = f'waiting for /joint_states ({network()})'
         self._drawn = 0.0
 

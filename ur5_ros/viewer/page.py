@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ur5_ros.analysis.injected import Injection
+from ur5_ros.analysis.report import palette
 from ur5_ros.viewer.arm_scene import ArmScene
-from ur5_ros.viewer.curves import Curves
+from ur5_ros.viewer.curves import Curves, colour_key
 from ur5_ros.viewer.page_server import PageServer, View
 from ur5_ros.viewer.track import Track
 from ur5_ros.viewer.urdf_tree import UrdfTree
@@ -24,12 +25,12 @@ class Page:
     The page, served on 127.0.0.1 until :meth:`close`.
 
     ``port``: port to serve on; the next free one where it is taken; ``injected``: what was added
-    to the plant of the run.
+    to the plant of the run; ``controls``: title of the box above the charts.
 
     """
 
     def __init__(self, tree: UrdfTree, track: Track, title: str, port: int,
-                 injected: Sequence[Injection] = ()):
+                 injected: Sequence[Injection] = (), controls: str = 'Time'):
         length = sum(float(np.linalg.norm(joint.pose[:3, 3])) for joint in tree.joints)
         self._serving = PageServer(title, port, _scaled(_WIDE, length), _scaled(_UPRIGHT, length))
         self.server = self._serving.viser
@@ -40,7 +41,7 @@ class Page:
         gui.main_panel.set_width(400)
         self.arm = ArmScene(self.server, tree)
         self.numbers = gui.add_markdown('')
-        self.controls = gui.add_folder('Time')
+        self.controls = gui.add_folder(controls)
         with gui.add_folder('Curves'):
             self.curves = Curves(self.server, track, injected)
 
@@ -53,6 +54,11 @@ class Page:
     def address(self) -> str:
         """Return where the page is."""
         return f'http://127.0.0.1:{self.port}'
+
+    def add_key(self) -> None:
+        """Name the colours of the tool paths."""
+        self.server.gui.add_markdown('tool path: ' + colour_key(
+            {'measured': palette.MEASURED, 'reference': palette.REFERENCE}))
 
     def show(self, track: Track, row: int) -> None:
         """Show one row of a track: pose, numbers, marks."""

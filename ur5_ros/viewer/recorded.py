@@ -40,8 +40,7 @@ class RecordedView:
             self.play = gui.add_button('Play')
             self.speed = gui.add_dropdown('Speed', ('0.25', '0.5', '1', '2', '5'),
                                           initial_value='1')
-            colours = {'measured': f'rgb{MEASURED}', 'reference': f'rgb{REFERENCE}'}
-            gui.add_markdown(f'tool path: {colour_key(colours)}')
+            self.page.add_key()
             if run.contact_forces:
                 colours = {name: f'rgb{colour}' for name, colour in zip(
                     FORCE_NAMES, FORCE_COLOURS, strict=True)}
