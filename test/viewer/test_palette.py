@@ -8,6 +8,8 @@ import pytest
 
 from ur5_ros.analysis.report.palette import (
     AXIS_COLOURS,
+    BAD,
+    GOOD,
     JOINT_COLOURS,
     MEASURED,
     REFERENCE,
@@ -49,7 +51,7 @@ def lightness_and_tint(colour: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize('colour', [
-    MEASURED, REFERENCE, *AXIS_COLOURS, *SERIES_COLOURS,
+    MEASURED, REFERENCE, GOOD, BAD, *AXIS_COLOURS, *SERIES_COLOURS,
     *(f'#{red:02x}{green:02x}{blue:02x}' for red, green, blue in FORCE_COLOURS)])
 def test_no_other_thing_has_the_colour_of_a_joint(colour):
     nearest = min(np.linalg.norm(lightness_and_tint(colour) - lightness_and_tint(joint))

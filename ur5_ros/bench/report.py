@@ -15,7 +15,8 @@ from ur5_ros.sweep.report import LOW_IS_GOOD
 
 #: A law that is so many times worse than the best of its column has the last colour.
 _WORST = 100.0
-#: Beside its colour each law has a mark.
+#: Laws that share a colour differ in mark and dash.
+_DASHES = ('solid', 'dot', 'dash')
 _MARKS = ('circle', 'square', 'diamond', 'triangle-up', 'x')
 #: Heading of a column of the table, its key and what its numbers are multiplied with.
 _COLUMNS = (('RMS error [mrad]', 'rms_error', 1e3), ('largest error [mrad]', 'max_error', 1e3),
@@ -78,10 +79,11 @@ def _pareto(tried: list[Candidate]) -> dict[str, Any]:
     for number, law in enumerate(dict.fromkeys(row.law for row in tried)):
         rows = [row for row in tried if row.law == law]
         front, used = pareto_front(rows), min(rows, key=lambda row: row.cost)
+        again = number // len(SERIES_COLOURS)
         colour, mark = SERIES_COLOURS[number % len(SERIES_COLOURS)], _MARKS[number % len(_MARKS)]
         traces += [
             _gains(front, {'name': law, 'mode': 'lines+markers',
-                           'line': {'color': colour, 'width': 1.5},
+                           'line': {'color': colour, 'width': 1.5, 'dash': _DASHES[again % 3]},
                            'marker': {'symbol': mark, 'size': 6}}),
             _gains([used], {'name': law, 'mode': 'markers', 'showlegend': False,
                             'marker': {'symbol': mark, 'size': 13, 'color': colour}})]

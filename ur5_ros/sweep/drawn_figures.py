@@ -5,7 +5,7 @@ from typing import Any
 
 import polars
 
-from ur5_ros.analysis.report.palette import MEASURED, REFERENCE, SHORT_NAMES
+from ur5_ros.analysis.report.palette import BAD, GOOD, SHORT_NAMES
 from ur5_ros.sweep.spec import SweepSpec, is_random
 from ur5_ros.sweep.units import with_unit
 
@@ -52,7 +52,7 @@ def _numbers(table: polars.DataFrame, spec: SweepSpec) -> dict[str, list[float]]
 def _scatter(number: int, key: str, drawn: list[float], result: str, values: list[Any],
              success: list[bool]) -> dict[str, Any]:
     traces = []
-    for good, name, colour in ((True, 'succeeded', MEASURED), (False, 'failed', REFERENCE)):
+    for good, name, colour in ((True, 'succeeded', GOOD), (False, 'failed', BAD)):
         rows = [i for i, each in enumerate(success) if bool(each) is good]
         if rows:
             traces.append({'type': 'scatter', 'mode': 'markers', 'name': name,
@@ -74,7 +74,7 @@ def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
                        for number in numbers])
         labels.append(f'{key}<br>{low:.3g} to {high:.3g}')
     traces = []
-    for good, name, colour in ((True, 'succeeded', MEASURED), (False, 'failed', REFERENCE)):
+    for good, name, colour in ((True, 'succeeded', GOOD), (False, 'failed', BAD)):
         rows = [i for i, each in enumerate(success) if bool(each) is good][:MOST_LINES]
         if rows:
             traces.append({
@@ -84,7 +84,7 @@ def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
                 'line': {'color': colour, 'width': 1}, 'opacity': 0.5, 'hoverinfo': 'name'})
     return {'key': 'parallel', 'x': '', 'y': 'share of the range', 'log': False,
             'title': 'All random values', 'wide': True,
-            'caption': 'One line per run: blue succeeded, orange failed. Each axis goes from the '
+            'caption': 'One line per run: blue succeeded, red failed. Each axis goes from the '
                        'least to the greatest value; a click on the legend hides a kind.',
             'xaxis': {'tickvals': list(range(len(axes))), 'ticktext': labels,
                       'range': [-0.4, len(axes) - 0.6]},

@@ -14,6 +14,7 @@ from ur5_ros.analysis.report.figure import Figure, packed
 from ur5_ros.analysis.report.figures import curve
 from ur5_ros.analysis.report.html import figure_data, figure_section
 from ur5_ros.analysis.report.palette import JOINT_COLOURS, MEASURED, REFERENCE, SHORT_NAMES
+from ur5_ros.analysis.report.rounding import RESOLUTION
 from ur5_ros.signals import JOINT_NAMES
 
 #: Points that a scatter plot has of each joint.
@@ -30,7 +31,7 @@ def identification_html(found: Identified) -> str:
     plots = identification_figures(found)
     words = ''.join(f'<li>{markup(sentence)}</li>' for sentence in found.sentences())
     body = ''.join([
-        f'<h1>Arm {markup(found.arm.name)}, identified from {markup(found.train.run)}</h1>\n',
+        f'<h1>Identification from {markup(found.train.run)}: arm {markup(found.arm.name)}</h1>\n',
         f'<ul>{words}</ul>\n', figure_section('Torque', plots), _joints(found), _base(found)])
     return html_document(f'identification: {found.arm.name}', body,
                          [figure_data(plot) for plot in plots])
@@ -55,6 +56,7 @@ def _torque(test: Prediction, i: int) -> Figure:
 def _against_speed(test: Prediction) -> Figure:
     step = max(1, len(test.series['error']) // POINTS)
     speed, error = test.series['speed'][1:-1:step], test.series['error'][::step]
+    error = np.where(np.abs(error) < RESOLUTION['N m'], 0.0, error)
     scale = np.where(test.torque_rms > 0.0, test.torque_rms, 1.0)
     traces: list[dict[str, Any]] = [
         {'type': 'scatter', 'mode': 'markers', 'name': SHORT_NAMES[i], 'x': packed(speed[:, i]),

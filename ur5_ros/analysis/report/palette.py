@@ -6,6 +6,8 @@ JOINT_COLOURS = ('#3d85c6', '#e0803a', '#3fa66b', '#d0505e', '#9070c8', '#a08438
 SHORT_NAMES = ('pan', 'lift', 'elbow', 'wrist 1', 'wrist 2', 'wrist 3')
 #: What was measured, and what it should have been; no colour below is near one of a joint.
 MEASURED, REFERENCE = '#0b9c9c', '#c83cb4'
+#: What succeeded and what failed.
+GOOD, BAD = '#2a5bff', '#ff2a1a'
 #: The axes x, y and z, and what is given along or about them.
 AXIS_COLOURS = ('#ff2a1a', '#0a9a00', '#2a5bff')
 #: Things of one kind, side by side: parts of a torque, laws.
