@@ -145,7 +145,7 @@ def test_two_publishers_mixed_into_one_topic_fail(copied):
         return data
 
     result = validate(load_run(copied('sim', change=mix)))
-    assert 'repeat a stamp with other numbers' in result.check('recording').sentence
+    assert 'repeats a stamp with other numbers' in result.check('recording').sentence
     assert 'timing' in failed(result)
 
 
