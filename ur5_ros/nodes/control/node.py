@@ -37,7 +37,7 @@ from ur5_ros.nodes.ros.process import compiling, end_node, fault
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
-from ur5_ros.nodes.ros.topics import Topics, incompatible_publishers, make_loop
+from ur5_ros.nodes.ros.topics import Loop, Topics, incompatible_publishers, make_loop
 
 #: Longest wait before signals, services and the watchdog are looked at [s].
 POLL_PERIOD = 0.05
@@ -57,7 +57,7 @@ class ControlNode:
 
     def __init__(
         self, files: list[Path], stop: StopRequest,
-        loop: Callable[[Node, str], Any] = make_loop, elsewhere: Collection[str] = (),
+        loop: Callable[[Node, str], Loop] = make_loop, elsewhere: Collection[str] = (),
     ) -> None:
         self.node, self.parameters = open_node(CONTROL_NODE, files, ControlParameters, elsewhere)
         refuse_folder(self.parameters.bag)

@@ -1,6 +1,6 @@
 """Services and live parameters of the controller, each a request to the loop."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.node import Node
 from std_srvs.srv import Trigger
@@ -10,8 +10,11 @@ from ur5_ros.nodes.control.trajectory_action import TrajectoryAction, create_tra
 from ur5_ros.nodes.ros.background_executor import add_service
 from ur5_ros.nodes.ros.parameters import serve
 
+if TYPE_CHECKING:
+    from ur5_ros.nodes.control.node import ControlNode
 
-def create_services(node: Node, control: Any) -> TrajectoryAction | None:
+
+def create_services(node: Node, control: 'ControlNode') -> TrajectoryAction | None:
     """Offer ``~/start_experiment``, ``~/hold``, the parameters and, if it can be, the action."""
     def start(request: Any) -> str:
         # the controller may be another one by the time that the loop gets to it

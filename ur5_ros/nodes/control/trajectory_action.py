@@ -6,7 +6,7 @@ rejected, a goal executes until its verdict, and a new goal replaces the one bef
 in :mod:`ur5_ros.control.tolerances`.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -18,11 +18,14 @@ from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.process import fault
 from ur5_ros.signals import JOINT_NAMES
 
+if TYPE_CHECKING:
+    from ur5_ros.nodes.control.node import ControlNode
+
 #: How often goals are looked at [Hz], as the joint_trajectory_controller's action_monitor_rate.
 MONITOR_RATE = 20.0
 
 
-def create_trajectory_action(node: Node, control: Any) -> 'TrajectoryAction | None':
+def create_trajectory_action(node: Node, control: 'ControlNode') -> 'TrajectoryAction | None':
     """
     Offer ``~/follow_joint_trajectory`` if control_msgs can be imported; log a line if not.
 
@@ -60,7 +63,7 @@ def goal_arguments(goal: Any) -> dict[str, Any]:
 class TrajectoryAction:
     """Goals handed to the controller, results handed back; nothing here waits."""
 
-    def __init__(self, node: Node, control: Any, action_type: Any) -> None:
+    def __init__(self, node: Node, control: 'ControlNode', action_type: Any) -> None:
         from rclpy.action import ActionServer, CancelResponse, GoalResponse  # used here alone
 
         class Server(ActionServer):

@@ -1,7 +1,6 @@
 """Topics of a node, published, subscribed to and recorded as they are declared."""
 
 from collections.abc import Callable, Iterable
-from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -13,12 +12,14 @@ from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.wait_set_loop import WaitSetLoop
 
 Send = Callable[[bytes], None]
+#: The loop of a node.
+Loop = WaitSetLoop | ExecutorLoop
 
 
 class Topics:
     """The topics of a node, each recorded as it is sent or received."""
 
-    def __init__(self, node: Node, loop: WaitSetLoop | ExecutorLoop, recording: Recording,
+    def __init__(self, node: Node, loop: Loop, recording: Recording,
                  declared: Iterable[Topic]) -> None:
         self._node = node
         self._loop = loop
@@ -60,9 +61,9 @@ class Topics:
         return self._recording.topic(self.names[topic.role], topic.type, topic.qos)
 
 
-def make_loop(node: Node, kind: str) -> Any:
+def make_loop(node: Node, kind: str) -> Loop:
     """Return the loop of a node that has a thread for itself: ``hot_loop`` names it."""
-    return {'wait_set': WaitSetLoop, 'executor': ExecutorLoop}[kind](node)
+    return WaitSetLoop(node) if kind == 'wait_set' else ExecutorLoop(node)
 
 
 def incompatible_publishers(node: Node, topics: Topics) -> list[tuple[str, str, str]]:

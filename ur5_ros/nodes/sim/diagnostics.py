@@ -1,14 +1,17 @@
 """Diagnostics of the simulator once a second, and the other nodes on its topics."""
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ur5_ros.cdr.diagnostics import ERROR, OK, WARN
 from ur5_ros.nodes.ros.diagnostics import network
 from ur5_ros.nodes.ros.topics import incompatible_publishers
 
+if TYPE_CHECKING:
+    from ur5_ros.nodes.sim.node import SimNode
 
-def check_publishers(sim: Any) -> None:
+
+def check_publishers(sim: 'SimNode') -> None:
     """Look for the publishers of commands and for incompatible ones; report them to the loop."""
     names = {}
     for topic in sim.inputs.command_topics:
@@ -30,7 +33,7 @@ def check_publishers(sim: Any) -> None:
     sim.inputs.requests.post(report_found)
 
 
-def counters(sim: Any) -> dict[str, Any]:
+def counters(sim: 'SimNode') -> dict[str, Any]:
     """Return what was counted so far."""
     gate = sim.gate
     return {
@@ -48,7 +51,7 @@ def counters(sim: Any) -> dict[str, Any]:
     }
 
 
-def report(sim: Any) -> None:
+def report(sim: 'SimNode') -> None:
     """Send the diagnostics, and once more what a controller that has joined must know."""
     sim.outputs.introduce_again()
     plant, gate, recording = sim.simulation.plant, sim.gate, sim.recording

@@ -11,7 +11,7 @@ from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, EffortReader, read_message
 from ur5_ros.nodes.ros.recording import Recording
-from ur5_ros.nodes.ros.topics import Topics
+from ur5_ros.nodes.ros.topics import Loop, Topics
 from ur5_ros.nodes.sim.services import StepQueue
 from ur5_ros.nodes.sim.simulation import Simulation, set_wrench
 from ur5_ros.signals import JOINT_NAMES
@@ -22,7 +22,7 @@ class SimInputs:
     """The subscriptions of the simulator, and the requests of its services."""
 
     def __init__(
-        self, loop: Any, topics: Topics, recording: Recording, simulation: Simulation,
+        self, loop: Loop, topics: Topics, recording: Recording, simulation: Simulation,
         gate: CommandGate, steps: StepQueue, parameters: SimParameters,
     ) -> None:
         self.refusals = Refusals(lambda line: None, self._log_refusal)

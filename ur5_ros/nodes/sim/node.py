@@ -23,7 +23,7 @@ from ur5_ros.nodes.ros.process import compiling, end_node
 from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
-from ur5_ros.nodes.ros.topics import Topics, make_loop
+from ur5_ros.nodes.ros.topics import Loop, Topics, make_loop
 from ur5_ros.nodes.sim.diagnostics import check_publishers, counters, report
 from ur5_ros.nodes.sim.inputs import SimInputs
 from ur5_ros.nodes.sim.loop import SimLoop
@@ -47,7 +47,7 @@ class SimNode:
 
     def __init__(
         self, files: list[Path], stop: StopRequest,
-        loop: Callable[[Node, str], Any] = make_loop, elsewhere: Collection[str] = (),
+        loop: Callable[[Node, str], Loop] = make_loop, elsewhere: Collection[str] = (),
     ) -> None:
         self.node, parameters = open_node(SIM_NODE, files, SimParameters, elsewhere)
         if self.node.get_parameter('use_sim_time').value:

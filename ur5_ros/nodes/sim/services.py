@@ -3,7 +3,7 @@
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -12,10 +12,14 @@ from std_srvs.srv import SetBool, Trigger
 from ur5_ros.config import SIM_PARAMETERS
 from ur5_ros.nodes.ros.background_executor import REQUEST_TIMEOUT, REQUESTS, add_service
 from ur5_ros.nodes.ros.parameters import serve
+from ur5_ros.nodes.ros.topics import Loop
 from ur5_ros.nodes.ros.wait_set_loop import ReservedGroup
 from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.nodes.sim.simulation_interfaces import create_standard_services
 from ur5_ros.sim.integrator import prepare_kernels
+
+if TYPE_CHECKING:
+    from ur5_ros.nodes.sim.node import SimNode
 
 #: Single steps that may wait for their turn.
 MOST_WAITING = 100
@@ -33,7 +37,7 @@ class StepRequest(NamedTuple):
 class StepQueue:
     """``~/step`` and its like: taken and answered by the loop, so that nothing waits."""
 
-    def __init__(self, node: Node, loop: Any) -> None:
+    def __init__(self, node: Node, loop: Loop) -> None:
         self._node = node
         self._loop = loop
         self._services: list[tuple[Any, Callable, Callable]] = []
@@ -148,7 +152,7 @@ def set_compensation(node: Node, scales: Any) -> bool:
     return bool(result.successful)
 
 
-def create_services(node: Node, sim: Any) -> None:
+def create_services(node: Node, sim: 'SimNode') -> None:
     """
     Offer ``~/pause``, ``~/reset``, ``~/zero_force_torque_sensor`` and the parameters.
 

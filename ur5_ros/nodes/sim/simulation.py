@@ -8,6 +8,8 @@ from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
 from ur5_ros.nodes.ros.diagnostics import Throttle
 from ur5_ros.nodes.sim.topics import SimOutputs
+from ur5_ros.signals import ArmState
+from ur5_ros.sim.command_gate import CommandGate
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.plant import Plant
 
@@ -105,12 +107,12 @@ class Simulation:
                 break
             self.advance(None)
 
-    def send_events(self, source: Any) -> None:
+    def send_events(self, source: Plant | CommandGate) -> None:
         """Send the events of the plant or the gate."""
         for each in source.drain_events():
             self._send_event(each)
 
-    def _send(self, state: Any) -> None:
+    def _send(self, state: ArmState) -> None:
         self.outputs.state(state)
         if not self.plant.exact_sensing:
             self.outputs.truth(self.plant.truth)

@@ -6,11 +6,14 @@ result codes are those of simulation_interfaces 1.5.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.node import Node
 
 from ur5_ros.errors import InputError
+
+if TYPE_CHECKING:
+    from ur5_ros.nodes.sim.node import SimNode
 
 #: simulation_interfaces/msg/SimulationState, field ``state``.
 STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD, LOADING_WORLD = range(6)
@@ -27,7 +30,7 @@ FEATURES = ('SIMULATION_RESET', 'SIMULATION_RESET_STATE', 'SIMULATION_STATE_GETT
             'STEP_SIMULATION_MULTIPLE')
 
 
-def create_standard_services(node: Node, sim: Any) -> None:
+def create_standard_services(node: Node, sim: 'SimNode') -> None:
     """
     Offer GetSimulatorFeatures, Get/SetSimulationState, ResetSimulation and StepSimulation.
 
@@ -80,7 +83,7 @@ def create_standard_services(node: Node, sim: Any) -> None:
                     lambda request: int(request.steps), fill_step)
 
 
-def _state(sim: Any) -> int:
+def _state(sim: 'SimNode') -> int:
     """Return the state as the standard names it."""
     if sim.stop.reason:
         return QUITTING
@@ -89,7 +92,7 @@ def _state(sim: Any) -> int:
     return PAUSED if sim.simulation.paused else PLAYING
 
 
-def _set_state(sim: Any, state: int) -> tuple[int, str]:
+def _set_state(sim: 'SimNode', state: int) -> tuple[int, str]:
     """Go to a standard state; return the result code and what went wrong."""
     if state in (NO_WORLD, LOADING_WORLD):
         return UNSUPPORTED, f'state {state}: no world is loaded or unloaded here; give 0 to 3'
@@ -107,7 +110,7 @@ def _set_state(sim: Any, state: int) -> tuple[int, str]:
     return _done(sim, change, TRANSITION_ERROR)
 
 
-def _done(sim: Any, work: Callable[[], Any], failure: int) -> tuple[int, str]:
+def _done(sim: 'SimNode', work: Callable[[], Any], failure: int) -> tuple[int, str]:
     try:
         sim.inputs.requests.call(work)
     except InputError as error:
