@@ -66,6 +66,12 @@ def make_loop(node: Node, kind: str) -> Loop:
     return WaitSetLoop(node) if kind == 'wait_set' else ExecutorLoop(node)
 
 
+def publishing_nodes(node: Node, topic: str) -> list[str]:
+    """Return the full names of the nodes that publish on a topic."""
+    return [f'{each.node_namespace.rstrip("/")}/{each.node_name}'
+            for each in node.get_publishers_info_by_topic(topic)]
+
+
 def incompatible_publishers(node: Node, topics: Topics) -> list[tuple[str, str, str]]:
     """Return the publishers on subscribed topics whose messages can never arrive."""
     found = []

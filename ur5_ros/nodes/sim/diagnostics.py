@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from ur5_ros.cdr.diagnostics import ERROR, OK, WARN
 from ur5_ros.nodes.ros.diagnostics import network
-from ur5_ros.nodes.ros.topics import incompatible_publishers
+from ur5_ros.nodes.ros.topics import incompatible_publishers, publishing_nodes
 
 if TYPE_CHECKING:
     from ur5_ros.nodes.sim.node import SimNode
@@ -13,15 +13,9 @@ if TYPE_CHECKING:
 
 def check_publishers(sim: 'SimNode') -> None:
     """Look for the publishers of commands and for incompatible ones; report them to the loop."""
-    names = {}
-    for topic in sim.inputs.command_topics:
-        found = sim.node.get_publishers_info_by_topic(topic)
-        names[topic] = [(each.node_namespace.rstrip('/') + '/' + each.node_name)
-                        for each in found]
+    names = {topic: publishing_nodes(sim.node, topic) for topic in sim.inputs.command_topics}
     incompatible = incompatible_publishers(sim.node, sim.topics)
-    simulators = [each.node_namespace.rstrip('/') + '/' + each.node_name
-                  for each in sim.node.get_publishers_info_by_topic(
-                      sim.topics.names['joint_states'])]
+    simulators = publishing_nodes(sim.node, sim.topics.names['joint_states'])
 
     def report_found() -> None:
         sim.gate.publishers(names)
