@@ -185,5 +185,8 @@ def test_after_a_warm_up_a_demo_and_its_verdict_compile_nothing(ur5, tmp_path, t
     assert '0 of 12 kernels compiled' in ur5.process('warm-up').out
     demo = ur5.process('demo', '--composed', '--run', 'run')
     assert demo.code == 0 and 'compiling' not in demo.err
+    wrong = ur5.process('demo', '--composed', '--control-arm', 'ur5_description', '--run', 'wrong')
+    assert wrong.code == 1 and 'cause: the plant moves as arm ur5' in wrong.out
+    assert 'compiling' not in wrong.err, 'nor does a verdict that names its cause'
     assert 'compiled' not in (tmp_path / 'run' / 'closed_loop.log').read_text()
     assert sorted(folder.rglob('*.nbc')) == compiled
