@@ -17,6 +17,9 @@ JOINT_NAMES = (
     'wrist_3_joint',
 )
 
+#: Largest force [N] and torque [N m] that an input may ask for.
+LARGEST_WRENCH = 1e5
+
 
 class JointNameError(InputError):
     """A message does not name each joint once."""
@@ -188,3 +191,24 @@ class Torque(NamedTuple):
     gravity: np.ndarray
     """g(q); zero where the effort convention leaves gravity to the robot."""
 
+
+def checked_wrench(force: Sequence[float], torque: Sequence[float]) -> np.ndarray:
+    """
+    Return force [N] and torque [N m] as an array (2, 3).
+
+    Parameters
+    ----------
+    force, torque : array_like, shape (3,)
+        In any axes.
+
+    Raises
+    ------
+    InputError
+        If there are not three of each, or one is not finite or beyond ``LARGEST_WRENCH``.
+
+    """
+    wrench = np.array([force, torque], dtype=float)
+    if wrench.shape != (2, 3) or not (np.abs(wrench) <= LARGEST_WRENCH).all():  # or NaN
+        raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N m], '
+                         f'of at most {LARGEST_WRENCH:g}')
+    return wrench

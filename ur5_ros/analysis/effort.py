@@ -54,6 +54,7 @@ MEANINGS = {
     'current': 'motor current',
     'other_sign': 'joint torque with the other sign',
     'constant': 'constant, not a measurement',
+    'exchanged': 'joint torque of other joints',
 }
 
 
@@ -61,7 +62,8 @@ class Hypothesis(NamedTuple):
     """One meaning of the effort and how well it fits."""
 
     meaning: str
-    """``total``, ``gravity_excluded``, ``target``, ``current``, ``other_sign``, ``constant``."""
+    """``total``, ``gravity_excluded``, ``target``, ``current``, ``other_sign``, ``constant``,
+    ``exchanged``."""
     misfit: float
     """Effort left unexplained, RMS relative to each joint's effort."""
     factors: tuple[float, ...] = ()
@@ -69,10 +71,21 @@ class Hypothesis(NamedTuple):
     load: float = 0.0
     """Mass at the tool with which it fits so [kg]."""
     joints: tuple[int, ...] = ()
-    """The joints that it holds for, of ``other_sign`` and ``constant``; empty for all."""
+    """The joints that it holds for, of ``constant`` and of another sign; empty for all."""
     varies: float = 0.0
     """How much the torque varies, of ``current``: standard deviation as a share of the RMS, of
     the joint where it is least."""
+    turned: bool = False
+    """Whether it is with the other sign, of ``gravity_excluded`` and ``target``."""
+    shifted: float = np.inf
+    """The misfit where each joint may have a constant besides, of ``total``."""
+    whole: bool = False
+    """Whether positions and velocities are exchanged too, of ``exchanged``."""
+
+    @property
+    def words(self) -> str:
+        """The meaning in words."""
+        return MEANINGS[self.meaning] + (', with the other sign' if self.turned else '')
 
 
 class ArmFit(NamedTuple):
@@ -102,20 +115,34 @@ def effort_hypotheses(run: Run, arm: ArmParameters) -> list[Hypothesis]:
     torque = torque_of(samples, arm)
     gravity = gravity_torque(samples.q, arm).mean(axis=1)
     least = GRAVITY_SHARE * float(np.sqrt(np.mean(gravity**2, axis=0)).max())
-    found = [Hypothesis('total', misfit_of(effort, torque, samples)),
+    standing = gravity_torque(actual.q, arm).mean(axis=1)
+    of_actual = actual.effort.mean(axis=1)
+    found = [Hypothesis('total', misfit_of(effort, torque, samples), shifted=relative_size(
+                 _left(effort, torque, samples, constant=True), effort)),
              Hypothesis('gravity_excluded', misfit_of(effort, torque - gravity, samples, least)),
-             Hypothesis('target', misfit_of(actual.effort.mean(axis=1), gravity_torque(
-                 actual.q, arm).mean(axis=1), actual)),
-             Hypothesis('other_sign', misfit_of(-effort, torque, samples)),
-             _current(effort, torque, samples)]
-    turned = np.flatnonzero(np.sum(effort * torque, axis=0) < 0.0)
-    if 0 < len(turned) < 6:
-        sign = np.where(np.isin(np.arange(6), turned), -1.0, 1.0)
-        found.append(Hypothesis('other_sign', misfit_of(sign * effort, torque, samples),
-                                joints=tuple(turned.tolist())))
+             Hypothesis('target', misfit_of(of_actual, standing, actual)),
+             _current(effort, torque, samples),
+             *_turned('other_sign', effort, torque, samples),
+             *_turned('gravity_excluded', effort, torque - gravity, samples, least),
+             *_turned('target', of_actual, standing, actual)]
     if _is_constant(effort) and not _is_constant(torque, VARYING):
         found.append(Hypothesis('constant', 0.0))
     return sorted(found, key=lambda each: each.misfit)
+
+
+def _turned(meaning: str, effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks,
+            least: float = 0.0) -> list[Hypothesis]:
+    """Return a meaning with the other sign: at every joint, and at those that look so."""
+    named = meaning != 'other_sign'
+    found = [Hypothesis(meaning, misfit_of(-effort, torque, samples, least), turned=named)]
+    times, _ = fit_current(effort, torque, samples)
+    against = np.where(np.isnan(times), np.sum(effort * torque, axis=0), times) < 0.0
+    joints = np.flatnonzero(against)
+    if 0 < len(joints) < 6:
+        sign = np.where(np.isin(np.arange(6), joints), -1.0, 1.0)
+        found.append(Hypothesis(meaning, misfit_of(sign * effort, torque, samples, least),
+                                joints=tuple(joints.tolist()), turned=named))
+    return found
 
 
 def best_meaning(found: Sequence[Hypothesis], limit: float) -> Hypothesis:
@@ -124,7 +151,8 @@ def best_meaning(found: Sequence[Hypothesis], limit: float) -> Hypothesis:
     if total.misfit <= 0.5 * limit:
         return total
     for each in found:
-        better = each.misfit <= min(limit, CLEARLY_BETTER * total.misfit)
+        better = each.misfit <= min(limit, CLEARLY_BETTER * total.misfit,
+                                    total.shifted / CLEARLY_BETTER)
         if each.meaning == 'constant' or (better and each.meaning != 'current'):
             return each
         if better and (is_plausible_current(each) or _is_sure(each, total)):
@@ -187,6 +215,10 @@ def drive_factors(
         return None
     effort, torque = samples.effort.mean(axis=1), torque_of(samples, arm)
     factors, model = fit_current(effort, torque, samples)
+    shifted = fit_current(effort, torque, samples, constant=True)
+    if relative_size(effort - shifted[1], effort) < CLEARLY_BETTER * relative_size(
+            effort - model, effort):
+        factors, model = shifted
     return factors, effort, model
 
 
@@ -202,14 +234,22 @@ def friction_columns(samples: SampleBlocks) -> np.ndarray:
     return np.stack([moving.mean(axis=1), np.sign(moving).mean(axis=1)], axis=-1)
 
 
-def _left(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks) -> np.ndarray:
-    """Return the effort less a torque and less friction that opposes the motion, (b, 6)."""
+def _left(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks,
+          constant: bool = False) -> np.ndarray:
+    """
+    Return the effort less a torque and less friction that opposes the motion, (b, 6).
+
+    ``constant``: whether each joint may have a constant torque besides.
+    """
     left, columns = effort - torque, friction_columns(samples)
     for joint in range(6):
         x = columns[:, joint]
         if np.abs(x).max() > 0.0:
-            value, *_ = np.linalg.lstsq(x, left[:, joint], rcond=None)
-            left[:, joint] -= x @ np.maximum(value, 0.0)
+            ones = np.ones((len(x), int(constant)))
+            value, *_ = np.linalg.lstsq(np.hstack([x, ones]), left[:, joint], rcond=None)
+            left[:, joint] -= x @ np.maximum(value[:2], 0.0)
+        if constant:
+            left[:, joint] -= left[:, joint].mean()
     return left
 
 
@@ -226,14 +266,21 @@ def misfit_of(effort: np.ndarray, torque: np.ndarray, samples: SampleBlocks,
     return relative_size(_left(effort, torque, samples), effort, least)
 
 
-def fit_current(effort, torque, samples: SampleBlocks) -> tuple[np.ndarray, np.ndarray]:
-    """Return the factor of each joint [N m/A] and the effort of the fit, shape (b, 6)."""
+def fit_current(effort, torque, samples: SampleBlocks,
+                constant: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the factor of each joint [N m/A] and the effort of the fit, shape (b, 6).
+
+    ``constant``: whether a constant current may be added to each.
+    """
     columns, factors, model = friction_columns(samples), np.full(6, np.nan), np.zeros_like(effort)
     large = _matters(effort)
     for joint in range(6):
         x = np.column_stack([torque[:, joint], columns[:, joint]])
         if not np.abs(x[:, 1:]).max() > 0.0:
             x = x[:, :1]
+        if constant:
+            x = np.column_stack([x, np.ones(len(x))])
         value, *_ = np.linalg.lstsq(x, effort[:, joint], rcond=None)
         model[:, joint] = x @ value
         if large[joint] and value[0]:

@@ -21,8 +21,16 @@ BLOCK_TIME = 0.1
 #: Fewer blocks are no evidence.
 LEAST_BLOCKS = 10
 
-#: Speed below which the direction of dry friction is not known [rad/s].
-SLOW_SPEED = 1e-6
+#: Speed below which the direction of dry friction is not known [rad/s]: of exact states, and of
+#: measured ones, which have to move by so many times their noise besides.
+SLOW_SPEED, SLOW_MEASURED, NOISES = 1e-6, 5e-3, 4.0
+
+
+#: Torque is noise alone below this many times what differs from block to block.
+NOISE_ALONE = 2.0
+
+#: Parts of the samples that are no arrays.
+FLAGS = ('exact', 'measured')
 
 
 class SampleBlocks(NamedTuple):
@@ -42,11 +50,13 @@ class SampleBlocks(NamedTuple):
     """Since the first state [s], shape (b, w)."""
     exact: bool = False
     """Whether one period is one step of the plant, so that a true cause fits to rounding."""
+    measured: bool = False
+    """Whether the states are those of sensors, with noise."""
 
     def rows(self, rows: slice | np.ndarray) -> 'SampleBlocks':
         """Return some of the blocks."""
         return self._replace(**{name: getattr(self, name)[rows]
-                                for name in self._fields if name != 'exact'})
+                                for name in self._fields if name not in FLAGS})
 
 
 def sample_blocks(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> SampleBlocks | None:
@@ -70,7 +80,7 @@ def sample_blocks(run: Run, arm: ArmParameters, blocks: int = BLOCKS) -> SampleB
     if len(starts) < LEAST_BLOCKS:
         return None
     starts = starts[np.unique(np.linspace(0, len(starts) - 1, blocks).astype(int))]
-    return _samples(run, arm, starts[:, None] + np.arange(size))
+    return _samples(run, arm, starts[:, None] + np.arange(size))._replace(measured=run.noisy)
 
 
 def _samples(run: Run, arm: ArmParameters, rows: np.ndarray) -> SampleBlocks:
@@ -147,14 +157,36 @@ def sliding(samples: SampleBlocks) -> np.ndarray:
     """
     Return in which blocks each joint keeps moving, so that its friction is known, (b, 6).
 
-    A block beside one in which it stands is left out: friction of rest begins and ends there.
+    A block beside one in which it stands is left out: friction of rest begins and ends there. In
+    measured states a joint moves that is faster than their noise in one direction.
 
     """
+    if samples.measured:
+        mean = samples.qd.mean(axis=1)
+        noise = velocity_noise(samples)
+        ahead = np.min(np.sign(mean)[:, None] * samples.qd, axis=1)
+        return (np.abs(mean) > np.maximum(SLOW_MEASURED, NOISES * noise)) & (
+            ahead > -NOISES * noise)
     stands = (np.abs(samples.qd_next) <= SLOW_SPEED).any(axis=1)
     beside = stands.copy()
     beside[1:] |= stands[:-1]
     beside[:-1] |= stands[1:]
     return ~beside
+
+
+def velocity_noise(samples: SampleBlocks) -> np.ndarray:
+    """Return the standard deviation of the noise of each velocity, (6,) [rad/s]."""
+    if samples.qd.shape[1] < 3:
+        return np.zeros(6)
+    turns = np.diff(samples.qd, 2, axis=1)
+    return np.sqrt(np.mean(turns**2, axis=(0, 1)) / 6.0)
+
+
+def is_noise(torque: np.ndarray) -> np.ndarray:
+    """Return whether block means (b, 6) are without a connection in time, by joint (6,)."""
+    turns = torque[:-2] - 2.0 * torque[1:-1] + torque[2:]
+    noise = np.sqrt(np.mean(turns**2, axis=0) / 6.0)
+    return np.sqrt(np.mean(torque**2, axis=0)) < NOISE_ALONE * noise
 
 
 def _diagonal(values: np.ndarray) -> np.ndarray:

@@ -28,7 +28,7 @@ from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.diagnosis.company import company
 from ur5_ros.analysis.diagnosis.compensation import compensation_check
-from ur5_ros.analysis.effort import LARGEST_MISFIT, MEANINGS, arms_by_meaning, fitting_arms
+from ur5_ros.analysis.effort import LARGEST_MISFIT, arms_by_meaning, fitting_arms
 from ur5_ros.analysis.injected import injections
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.config.validation import Marks, load_marks
@@ -86,7 +86,7 @@ def validate(run: Run, marks: Marks | None = None) -> Result:
         checks.append(compensation_check(run))
     if not any(check.name in EVIDENCE and check.verdict != NOT_APPLICABLE for check in checks):
         checks.append(Check('evidence', FAIL, 'nothing in the recording says whether model and '
-                            'plant agree: torques, commands or the arm are missing'))
+                            'plant agree: torques, commands, states or the arm are missing'))
     series = {'run': run, 'injected': injections(run), 'delays': delays(run), **law_series,
               **model_series, **energy_series, **contact_series}
     found = (*company(run, checks), *causes(run, checks, marks['residual']))
@@ -103,6 +103,8 @@ def foreign_checks(run: Run, marks: Marks) -> list[Check]:
 def no_arm(run: Run) -> str:
     """Return what to do where no arm is known, with the known arms that fit the torques best."""
     sentence = f'{run.name}: no arm is known; give one: --arm NAME'
+    if run.described_arm:
+        return f'{sentence}; {run.described_arm}'
     if np.isnan(run.states.effort).all():
         return f'{sentence} (no torque is recorded, so no known arm can be compared)'
     fits = fitting_arms(run)
@@ -112,7 +114,7 @@ def no_arm(run: Run) -> str:
         if not other:
             return f'{sentence}; none of the known arms fits the effort as joint torque'
         listed = ', '.join(f'{name} ({each.misfit:.2%} of it stays unexplained as '
-                           f'{MEANINGS[each.meaning]}: --effort {each.meaning})'
+                           f'{each.words}: --effort {each.meaning})'
                            for name, each in other)
         return (f'{sentence}; none of the known arms fits the effort as joint torque, but with '
                 f'another meaning: {listed}')

@@ -29,7 +29,8 @@ def new_run_name() -> str:
 def is_bag(folder: Path) -> bool:
     """Return whether a folder holds one bag: its metadata.yaml, or at least a storage file."""
     return folder.is_dir() and ((folder / 'metadata.yaml').is_file()
-                                or any(folder.glob('*.mcap')) or any(folder.glob('*.db3')))
+                                or any(folder.glob('[!.]*.mcap'))
+                                or any(folder.glob('[!.]*.db3')))
 
 
 def bags_of_run(run: Path) -> list[Path]:
@@ -47,6 +48,8 @@ def bags_of_run(run: Path) -> list[Path]:
         raise InputError(f'{run}: no such folder; give one that holds sim/ and control/, or a bag')
     if run.is_file() or is_bag(run):
         return [run]
+    if not run.is_dir():
+        raise InputError(f'{run}: neither a file nor a folder; give the bag that was recorded')
     found = sorted(each for each in run.iterdir()
                    if is_bag(each) and not each.name.endswith((RECOVERED_SUFFIX, UNFINISHED)))
     if not found:

@@ -40,7 +40,7 @@ def open_sources(path: Path, report: Report) -> tuple[Information | None, Sequen
     if not path.is_dir():
         raise InputError(f'{path}: no such bag; give a folder with {METADATA_FILE}, or an .mcap '
                          'or .db3 file')
-    present = sorted((*path.glob('*.mcap'), *path.glob('*.db3')), key=_natural)
+    present = sorted((*path.glob('[!.]*.mcap'), *path.glob('[!.]*.db3')), key=_natural)
     information = None
     if (path / METADATA_FILE).is_file():
         try:

@@ -188,7 +188,7 @@ def set_(
 @app.command('arm')
 def arm_(
     urdf_file: Annotated[Path | None, typer.Option(
-        '--urdf', metavar='FILE', help='URDF of a robot of the UR family.')] = None,
+        '--urdf', metavar='FILE', help='URDF of a UR robot, or a bag with one.')] = None,
     calibration: Annotated[Path | None, typer.Option(
         '--calibration', metavar='FILE', help='Calibration that ur_calibration wrote.')] = None,
     arm: Annotated[str | None, typer.Option(

@@ -11,7 +11,7 @@ from ur5_ros.model.inverse_kinematics import inverse_kinematics, nearest_solutio
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.rotations import rotation_of_quaternion
-from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.signals import JOINT_NAMES, checked_wrench
 
 #: How far the norm of a quaternion may be from one: single precision and some.
 QUATERNION_TOLERANCE = 1e-3
@@ -50,9 +50,7 @@ def wrench_in_base(force: Sequence[float], torque: Sequence[float], frame: str, 
     empty), ``base_link`` or ``tool0``; ``prefix``: ``tf_prefix``; ``q`` (6,): where the arm stands
     [rad], for ``tool0``.
     """
-    wrench = np.array([force, torque], dtype=float)
-    if wrench.shape != (2, 3) or not np.isfinite(wrench).all():
-        raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N m]')
+    wrench = checked_wrench(force, torque)
     if frame in ('', prefix + 'base'):
         return wrench.ravel()
     if frame == prefix + 'base_link':

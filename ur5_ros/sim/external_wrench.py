@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ur5_ros.errors import InputError
+from ur5_ros.signals import checked_wrench
 
 
 class ExternalWrench:
@@ -25,10 +26,7 @@ class ExternalWrench:
     def set(self, force: Sequence[float], torque: Sequence[float], frame: str, k: int,
             duration: float) -> None:
         """Let a wrench act from period ``k`` on, for a duration [s] above zero."""
-        wrench = np.concatenate([np.asarray(force, dtype=float), np.asarray(torque, dtype=float)])
-        if wrench.shape != (6,) or not np.isfinite(wrench).all():
-            raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], '
-                             '[N m]')
+        wrench = checked_wrench(force, torque).ravel()
         if frame not in ('base', 'base_link'):
             raise InputError(f'wrench in frame {frame!r}; give base or base_link')
         if frame == 'base_link':  # base is base_link turned by Rz(pi)

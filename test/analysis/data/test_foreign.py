@@ -1,5 +1,6 @@
 """Recordings of other tools: what is healthy passes, what was left out is counted and placed."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -34,10 +35,12 @@ def made():
 @pytest.fixture
 def judged(tmp_path):
     """Return a function that writes topics as a bag and judges it as arm ur5e."""
+    count = itertools.count()
+
     def judge(messages, types=None, arm='ur5e', **options):
         if not isinstance(messages, dict):
             messages = {STATES: messages}
-        folder = write_bag(tmp_path / 'bag', messages, types)
+        folder = write_bag(tmp_path / f'bag_{next(count)}', messages, types)
         return validate(load_run(folder, arm=arm, **options))
     return judge
 
@@ -585,6 +588,63 @@ def test_a_joint_whose_effort_never_changes_is_named(judged, made, joint, value)
     assert result.verdict == 'fail'
 
 
+RIGHT, ALL, SOME = np.ones(6), -np.ones(6), TURNED
+
+
+@pytest.mark.parametrize('friction', [0.0, 3.0])
+@pytest.mark.parametrize('sign, at', [
+    (ALL, ''), (SOME, ' at shoulder_lift_joint, wrist_3_joint')])
+@pytest.mark.parametrize('meaning', ['gravity_excluded', 'target'])
+def test_an_effort_without_motion_or_gravity_and_with_the_other_sign_is_named(
+        judged, made, meaning, sign, at, friction):
+    own = gravity(made) if meaning == 'target' else (
+        made.effort - gravity(made) + friction * np.sign(made.qd))
+    messages = arm_messages(made.with_(effort=sign * own))
+    sentence = judged(messages).check('effort').sentence
+    if meaning == 'target':
+        at = at.replace(', wrist_3_joint', '')  # whose gravity is none
+    assert f'with the other sign{at} (' in sentence and f'--effort {meaning}' in sentence
+
+
+@pytest.mark.parametrize('sign, at', [
+    (ALL, 'sign: it'), (SOME, 'sign at shoulder_lift_joint, wrist_3_joint: it')])
+@pytest.mark.parametrize('meaning', ['gravity_excluded', 'target'])
+def test_with_the_option_an_effort_of_the_other_sign_passes_and_says_so(
+        judged, tmp_path, made, meaning, sign, at):
+    own = gravity(made) if meaning == 'target' else made.effort - gravity(made)
+    if meaning == 'target':
+        at = at.replace(', wrist_3_joint', '')
+    folder = write_bag(tmp_path / 'turned', {STATES: arm_messages(made.with_(effort=sign * own))})
+    run = load_run(folder, arm='ur5e', effort=meaning)
+    assert validate(run).verdict == 'pass'
+    assert any(f'the effort has the other {at} was turned' in each for each in run.remarks)
+
+
+@pytest.mark.parametrize('meaning', ['gravity_excluded', 'target'])
+@pytest.mark.parametrize('friction', [0.0, 5.0])
+def test_friction_does_not_turn_the_sign_of_an_effort(judged, made, meaning, friction):
+    own = gravity(made) if meaning == 'target' else made.effort - gravity(made)
+    messages = arm_messages(made.with_(effort=own + friction * np.sign(made.qd)))
+    assert 'the other sign' not in remarks(judged(messages, effort=meaning))
+
+
+EXCHANGED = {'exchanged: shoulder_pan_joint, elbow_joint': [2, 1, 0, 3, 4, 5],
+             'exchanged: shoulder_lift_joint, elbow_joint': [0, 2, 1, 3, 4, 5],
+             'in the other order': [5, 4, 3, 2, 1, 0]}
+
+
+@pytest.mark.parametrize('fields', [('effort',), ('q', 'qd', 'effort')])
+@pytest.mark.parametrize('how', EXCHANGED)
+def test_values_of_other_joints_are_named_so(judged, made, how, fields):
+    order = EXCHANGED[how]
+    result = judged(arm_messages(made.with_(**{
+        field: getattr(made, field)[:, order] for field in fields})))
+    sentence = result.check('effort').sentence
+    assert how in sentence and 'name the joints in the order of their values' in sentence
+    assert sentence.startswith('the efforts' if len(fields) == 1 else 'the positions, velocities')
+    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
+
+
 LOADED = {
     'gravity_excluded': lambda made, gravity: made.effort - gravity,
     'target': lambda made, gravity: gravity,
@@ -684,3 +744,45 @@ def test_stamps_before_zero_are_dropped_and_said(judged, made):
     result = judged([(time, data) for (time, _), (_, data) in
                      zip(arm_messages(made), arm_messages(early), strict=True)])
     assert '101 states of 700 have a stamp of zero or less' in remarks(result)
+
+
+def test_efforts_too_small_for_a_number_are_no_torque(judged, made, recwarn):
+    result = judged(arm_messages(made.with_(effort=np.full((700, 6), 1e-310))))
+    assert result.verdict == 'pass' and 'no torque is recorded' in remarks(result)
+    assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
+
+
+@pytest.mark.parametrize('about', [0.0, 2.0])
+def test_noise_in_place_of_a_torque_is_no_measurement(judged, made, about):
+    noise = np.random.default_rng(7).normal(about, 0.05, (700, 6))
+    result = judged(arm_messages(made.with_(effort=noise)))
+    assert result.check('effort').sentence.startswith('the effort is constant, not a measurement')
+    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
+
+
+def test_states_too_far_apart_for_their_motion_are_not_judged_by_it(judged):
+    result = judged(arm_messages(motion(n=400, rate=1.0)))
+    for name in ('kinematics', 'effort', 'inverse dynamics'):
+        assert result.check(name).verdict == 'not applicable'
+        assert '1 states a second are too few for this motion' in result.check(name).sentence
+    assert result.check('evidence').verdict == 'fail' and not result.causes
+    assert judged_slowly(judged).verdict == 'pass'
+
+
+def judged_slowly(judged):
+    """Return the result of a motion that is slow enough for one state a second."""
+    made = motion(n=400, rate=100.0)
+    slow = made.with_(stamp=made.stamp[0] + 100 * (made.stamp - made.stamp[0]), qd=made.qd / 100.0,
+                      effort=gravity(made))
+    return judged({STATES: arm_messages(slow)})
+
+
+@pytest.mark.parametrize('every', [2, 5])
+def test_commands_at_a_lower_rate_than_the_states_act_on_and_are_no_measurement(
+        judged, made, every):
+    commands = [(int(made.stamp[k]) + 400_000, message(
+        made.stamp[k], JOINT_NAMES, effort=made.effort[k] + 0.5)) for k in range(0, 700, every)]
+    result = judged({STATES: arm_messages(made), '/joint_command': commands})
+    assert result.verdict == 'pass'
+    assert 'at their own rate' in result.check('pairing').sentence
+    assert 'a robot measures its torque' in result.check('command acts').sentence

@@ -79,6 +79,36 @@ def test_what_can_be_read_is_judged_and_replayed(tmp_path, made, how):
     assert played.time[-1] * 1e-9 == pytest.approx(1.398)
 
 
+#: Definitions of other writers -> what is left of a JointState in them.
+OTHER_FIELDS = {
+    'no effort': TEXT.replace('float64[] effort\n', ''),
+    'no velocity, no effort': TEXT.replace('float64[] effort\n', '').replace(
+        'float64[] velocity\n', ''),
+    'single precision': TEXT.replace('float64[]', 'float32[]'),
+    'bounded names and numbers': TEXT.replace('string[] name', 'string<=30[<=9] name').replace(
+        'float64[] position', 'float64[<=9] position'),
+    'more fields': TEXT.replace('float64[] effort\n', 'float64[] effort\nfloat32[] current\n'),
+}
+
+
+@pytest.mark.parametrize('how', OTHER_FIELDS)
+def test_joint_states_of_other_fields_are_read_by_their_own_definition(tmp_path, made, how):
+    text = OTHER_FIELDS[how]
+    definitions = parse_schema(JOINT_STATE, text)
+    messages = []
+    for time, data in arm_messages(made):
+        message = decode(JOINT_STATE, data) | {'current': np.ones(6)}
+        fields = [field.name for field in definitions[JOINT_STATE]]
+        messages.append((time, encode(
+            JOINT_STATE, {name: message[name] for name in fields}, definitions)))
+    run = load_run(write(tmp_path / 'other.mcap', messages, text=text), arm='ur5e')
+    failed = [check.name for check in validate(run).checks if check.verdict == 'fail']
+    assert failed == (['evidence'] if 'velocity' in how else []) and len(run.stamp) == 700
+    np.testing.assert_allclose(run.states.q, made.q, atol=1e-6)
+    assert np.isnan(run.states.effort).all() == ('effort' in how)
+    assert any('differentiated' in each for each in run.remarks) == ('velocity' in how)
+
+
 REFUSED = {
     'ROS 1 messages': ({'name': 'sensor_msgs/JointState', 'form': 'ros1msg', 'encoding': 'ros1'},
                        'ROS 1 recording; convert it'),
@@ -86,7 +116,10 @@ REFUSED = {
               'encoding': 'json'}, "encoded as 'json'"),
     'protobuf': ({'name': 'x.JointStates', 'form': 'protobuf', 'encoding': 'protobuf'},
                  "encoded as 'protobuf'"),
-    'other fields': ({'text': 'string[] name\nfloat32[] position\n'}, 'otherwise than in ROS 2'),
+    'other fields': ({'text': 'string[] name\nfloat32[] position\n'},
+                     'otherwise than in ROS 2: its field header is missing; record it'),
+    'names that are numbers': ({'text': TEXT.replace('string[] name', 'int32[] name')},
+                               r'its field name is int32\[\]'),
 }
 
 

@@ -1,5 +1,6 @@
 """Bags whose metadata.yaml or file names are damaged: the messages decide what is lost."""
 
+import os
 import re
 import shutil
 
@@ -40,6 +41,12 @@ HARMLESS = {
     'cut off': (rewrite(lambda text: text[:len(text) // 3]), 'metadata.yaml'),
     'a newer version': (rewrite(lambda text: re.sub(
         r'version: \d+', 'version: 99', text, count=1)), 'version 99; versions up to'),
+    'fewer messages than there are': (rewrite(lambda text: re.sub(
+        'message_count: 700', 'message_count: 9', text)), 'says 9 messages; counted: 700'),
+    'no messages': (rewrite(lambda text: re.sub(
+        'message_count: 700', 'message_count: 0', text)), 'says 0 messages; counted: 700'),
+    'another type': (rewrite(lambda text: text.replace(
+        'sensor_msgs/msg/JointState', 'std_msgs/msg/String')), 'is of another type'),
     'a file of another name': (rename, 'is missing, though metadata.yaml names it'),
 }
 
@@ -101,3 +108,19 @@ def test_messages_in_another_form_of_cdr_are_named_with_it(tmp_path):
     with pytest.raises(InputError, match='encapsulation 0x00 0x0a; only plain CDR') as caught:
         load_run(folder, arm='ur5e')
     assert '/joint_states' in str(caught.value)
+
+
+@pytest.mark.parametrize('metadata', [True, False])
+@pytest.mark.parametrize('name', ['._bag_0.mcap', '._bag_0.db3', '.hidden.mcap'])
+def test_hidden_files_that_other_systems_leave_are_no_part_of_a_bag(bag, name, metadata):
+    (bag / name).write_bytes(b'\0\5\x16\7\0\2\0\0Mac OS X')
+    if not metadata:
+        (bag / 'metadata.yaml').unlink()
+    result = validate(load_run(bag, arm='ur5e'))
+    assert result.verdict == 'pass' and result.check('recording').verdict == 'pass'
+
+
+def test_what_is_neither_file_nor_folder_is_named(tmp_path):
+    os.mkfifo(tmp_path / 'pipe.mcap')
+    with pytest.raises(InputError, match='pipe.mcap: neither a file nor a folder; give the bag'):
+        load_run(tmp_path / 'pipe.mcap', arm='ur5e')

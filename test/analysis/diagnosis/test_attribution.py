@@ -174,9 +174,19 @@ def test_two_causes_at_once_with_noise(looped, tmp_path_factory, pair, experimen
     check_sizes(measured.causes)
 
 
-def test_a_cause_that_hides_behind_another_widens_its_error_and_is_named(looped):
+def test_both_kinds_of_friction_are_found_in_measured_states(looped):
     run = looped(control_arm='ur5_real', control={'effort_convention': 'total'}, sim=noisy(
         1, **TOGETHER['viscous friction'], **TOGETHER['Coulomb friction']))
+    result = validate(replace(run, truth=None))
+    assert sorted(kinds(result)) == ['Coulomb friction', 'viscous friction']
+    assert all(len(cause['joints']) == 6 for cause in result.causes)
+    check_sizes(result.causes)
+
+
+def test_a_cause_that_hides_behind_another_widens_its_error_and_is_named(looped):
+    small = {'friction.viscous': [0.05, 0.05, 0.05, 0.015, 0.015, 0.015]}
+    run = looped(control_arm='ur5_real', control={'effort_convention': 'total'}, sim=noisy(
+        1, **small, **TOGETHER['Coulomb friction']))
     cause, = validate(replace(run, truth=None)).causes
     assert cause['kind'] == 'Coulomb friction' and cause['rivals'] == ['viscous friction']
     assert 'does not distinguish it from viscous friction' in cause['sentence']

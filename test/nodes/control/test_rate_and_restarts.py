@@ -40,7 +40,8 @@ RUNS = st.lists(st.fixed_dictionaries({
 class Pair:
     """A control cycle under a wall clock that the test turns, and the rates of what it hears."""
 
-    def __init__(self, clock: list[float]) -> None:
+    def __init__(self, clock: list[float], **parameters) -> None:
+        self.parameters = ControlParameters.of({'monitor_rate': 0.0, **parameters})
         self.clock, self.lines, self.answers = clock, [], []
         self.outputs = SimpleNamespace(
             hash=PayloadHash(LAYOUT), begin_run=lambda: None, command_again=lambda: None,
@@ -50,11 +51,10 @@ class Pair:
 
     def start(self) -> None:
         """Start the controller again: it knows nothing."""
-        parameters = ControlParameters.of({'monitor_rate': 0.0})
         logger = SimpleNamespace(info=self.lines.append, warning=self.lines.append)
         self.cycle = ControlCycle(
-            controller_from_parameters(parameters), self.outputs,
-            SimpleNamespace(write=lambda *_: None), parameters, logger,
+            controller_from_parameters(self.parameters), self.outputs,
+            SimpleNamespace(write=lambda *_: None), self.parameters, logger,
             lambda: self.cycle.begin_run())
 
     def send(self, k: int, rate: int) -> bool:
@@ -126,3 +126,30 @@ def test_a_slow_clock_is_no_slow_simulator(monkeypatch, rate, realtime_factor):
         pair.send(k, rate)
         clock[0] += 1.0 / (rate * realtime_factor)
     assert pair.cycle.controller_rate == rate
+
+
+def test_an_experiment_that_a_later_margin_forbids_is_not_started_and_the_arm_is_held(monkeypatch):
+    clock = [1000.0]
+    monkeypatch.setattr(module, 'time', SimpleNamespace(monotonic=lambda: clock[0]))
+    pair = Pair(clock, experiment='kebria_fig11', autostart=True)
+    pair.cycle.take_rate(500.0)
+    for k in range(1, 5):
+        assert pair.send(k, 500)
+        clock[0] += 0.002
+    assert pair.cycle.controller.status()['experiment'] == 'kebria_fig11'
+    pair.cycle.controller.change({'singularity_margin': 0.9})
+    clock[0] += 2.0  # the simulator ends, and another one begins at another rate
+    pair.cycle.take_rate(250.0)
+    for k in range(1, 5):
+        assert pair.send(k, 250)
+        clock[0] += 0.004
+    assert pair.cycle.controller_rate == 250
+    assert sum('singularity_margin is 0.9' in line for line in pair.lines) == 1
+    assert pair.cycle.controller.status()['state'] == 'holding'
+    pair.cycle.controller.change({'singularity_margin': 0.01})
+    clock[0] += 2.0
+    pair.cycle.take_rate(500.0)
+    for k in range(1, 5):
+        assert pair.send(k, 500)
+        clock[0] += 0.002
+    assert pair.cycle.controller.status()['experiment'] == 'kebria_fig11'

@@ -6,6 +6,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.effort import (
+    CLEARLY_BETTER,
     LARGEST_MISFIT,
     MEANINGS,
     Hypothesis,
@@ -26,6 +27,10 @@ from ur5_ros.signals import JOINT_NAMES
 #: Motion that counts as rest, RMS over a block [rad], and the share of the largest one below which
 #: a joint's own motion does not set its scale.
 AT_REST, LITTLE_MOTION = 1e-3, 0.1
+
+#: Change of a velocity between two states, as a share of it, from which on the states are too few,
+#: at rates below the second [Hz].
+COARSE, SLOW_RATE = 1.0, 20.0
 
 #: Share of the mark, and of another misfit, above which a meaning is looked for further.
 UNSURE_SHARE = 0.3
@@ -54,12 +59,27 @@ def kinematics_check(run: Run, marks: Marks) -> Check:
         return judge(name, float(still.max()), 10.0 * AT_REST, 'rad',
                      'the arm is at rest, in position and in velocity')
     error = np.sqrt(np.mean((step - integral)**2, axis=0))
+    if sentence := _too_coarse(run):
+        return not_applicable(name, sentence)
     share = error / np.maximum(motion, LITTLE_MOTION * motion.max())
     joint = int(np.argmax(share))
     return judge(name, share[joint], marks['kinematics'], '1',
                  f'positions and integrated velocities differ by {share[joint]:.2%} of the motion '
                  f'(worst: {JOINT_NAMES[joint]}){_in_degrees(step, integral)}',
                  joint=JOINT_NAMES[joint])
+
+
+def _too_coarse(run: Run) -> str:
+    """Return why a motion cannot be judged of which states are missing between states, or ''."""
+    step = np.diff(run.states.qd, axis=0)[run.steps]
+    if run.follows_reference or run.control_rate >= SLOW_RATE or not len(step):
+        return ''
+    change, speed = (np.sqrt(np.mean(each**2, axis=0)) for each in (step, run.states.qd))
+    joint = int(np.argmax(speed))
+    if change[joint] < COARSE * speed[joint] or speed[joint] * run.h < AT_REST:
+        return ''
+    return (f'{run.control_rate:.3g} states a second are too few for this motion: the velocity of '
+            f'{JOINT_NAMES[joint]} turns between two of them; record more')
 
 
 def _in_degrees(step: np.ndarray, integral: np.ndarray) -> str:
@@ -78,6 +98,8 @@ def effort_check(run: Run, marks: Marks) -> Check:
         return Check(name, PASS, f'taken as {MEANINGS[run.effort_meaning]}, as stated by --effort')
     if np.isnan(run.states.effort).all():
         return not_applicable(name, NO_TORQUE)
+    if sentence := _too_coarse(run):
+        return not_applicable(name, sentence)
     found = effort_hypotheses(run, record.arm)
     if not found:
         return not_applicable(name, 'too few states with a torque follow each other')
@@ -86,7 +108,7 @@ def effort_check(run: Run, marks: Marks) -> Check:
     if best.misfit > UNSURE_SHARE * marks['effort']:
         other = unlikely_meaning(run, record.arm, marks['effort'])
         better = other is not None and other.misfit < UNSURE_SHARE * best.misfit and (
-            total.misfit > marks['effort'])
+            total.misfit > marks['effort']) and CLEARLY_BETTER * other.misfit < total.shifted
         if other is not None and better and (
                 other.meaning != 'constant' or best.meaning == 'total'):
             best = other
@@ -137,7 +159,12 @@ def _sentence(best: Hypothesis, total: Hypothesis) -> str:
     if best.meaning == 'constant':
         of = f' of {which}' if which else ''
         return f'the effort{of} is {MEANINGS["constant"]}, so torques cannot be judged'
-    looks = MEANINGS[best.meaning] + (f' at {which}' if which else '')
+    if best.meaning == 'exchanged':
+        of = 'positions, velocities and efforts' if best.whole else 'efforts'
+        how = 'in the other order' if len(best.joints) == 6 else f'exchanged: {which}'
+        return (f'the {of} are those of other joints, {how} ({figures}); name the joints in the '
+                'order of their values')
+    looks = best.words + (f' at {which}' if which else '')
     if best.meaning == 'current':
         looks, factors = words_of_factors(best.factors)
         figures = f'{factors}, {figures}'
@@ -152,6 +179,8 @@ def inverse_dynamics_check(run: Run, marks: Marks) -> tuple[Check, dict[str, Any
     name, record = 'inverse dynamics', run.law_record
     if record is None:
         return not_applicable(name, 'no arm is known; give one: --arm NAME'), {}
+    if run.sim is None and (sentence := _too_coarse(run)):
+        return not_applicable(name, sentence), {}
     if run.effort_meaning == 'current':
         return _current_check(run, marks), {}
     if np.isnan(run.exact.effort).all():

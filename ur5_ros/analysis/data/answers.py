@@ -34,6 +34,8 @@ def answers_of(bags: list[BagData], states_bag: BagData, states: StateRows,
         (~np.isin(commands.stamp[stamped], recorded)
          & (commands.stamp[stamped] <= stamp[-1])).sum())
     answer = {'command': aligned(stamp, commands.stamp, commands.effort)}
+    if not any(each.node for each in bags):
+        answer['command'] = _at_own_rate(answer['command'], len(commands.stamp), counts)
     received = first_bag(bags, 'joint_command', FROM_SIM)
     if received is not None and received.has('joint_states'):
         commands, sent_states = received.data['joint_command'], received.data['joint_states']
@@ -46,6 +48,16 @@ def answers_of(bags: list[BagData], states_bag: BagData, states: StateRows,
         arrived[at] = commands.log_time[found]
         answer.update(state_time=sent, command_time=arrived)
     return answer
+
+
+def _at_own_rate(command: np.ndarray, count: int, counts: dict[str, int]) -> np.ndarray:
+    """Return the commands of a robot: where they are fewer than its states each acts on."""
+    rows = np.flatnonzero(np.isfinite(command).all(axis=1))
+    if len(rows) < 2 or np.median(np.diff(rows)) < 2.0:
+        return command
+    counts['commands_held'] = count
+    last = np.searchsorted(rows, np.arange(len(command)), side='right') - 1
+    return np.where((last >= 0)[:, None], command[rows[np.maximum(last, 0)]], np.nan)
 
 
 def _held_commands(bags: list[BagData], stamp: np.ndarray,

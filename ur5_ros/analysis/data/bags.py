@@ -1,5 +1,6 @@
 """The bags of a run, opened and read: the messages of each role as arrays."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,11 @@ from ur5_ros.bag.metadata import METADATA_FILE
 from ur5_ros.bag.reader import Bag, open_bag
 from ur5_ros.bag.run_folders import bags_of_run, is_bag
 from ur5_ros.errors import BagError, InputError
+from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.wording import agree, number_of
+
+#: How the reader says that metadata.yaml counts other messages than there are.
+COUNTS = re.compile(r': says (\d+) messages?.*; counted: (\d+)$')
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +41,8 @@ class BagData:
     """What was chosen, passed over or assumed."""
     topics: Mapping[str, str] = field(default_factory=dict)
     """Role -> topic."""
+    prefix: str = ''
+    """Text before the joint names."""
     dropped: tuple[int, ...] = ()
     """Stamps of rows of a robot's log that were dropped when it was imported [ns]."""
 
@@ -133,8 +140,14 @@ def _read(bag: Bag, options: ReadingOptions) -> BagData:
                         'still runs')
     return BagData(bag.path, node, run, record, bag.description.get('effort', ''), data, events,
                    tuple(problems), tuple(remarks),
-                   {role: topic.name for role, topic in topics.items()},
+                   {role: topic.name for role, topic in topics.items()}, _prefix(topics),
                    tuple(int(stamp) for stamp in note.get('stamps', ())))
+
+
+def _prefix(topics: Mapping[str, FoundTopic]) -> str:
+    """Return the text before the names of the joint states."""
+    columns = topics['joint_states'].columns if 'joint_states' in topics else None
+    return columns[0].removesuffix(JOINT_NAMES[0]) if columns else ''
 
 
 def _of_the_contents(problems: list[str], path: Path) -> tuple[list[str], list[str]]:
@@ -142,13 +155,14 @@ def _of_the_contents(problems: list[str], path: Path) -> tuple[list[str], list[s
     Return what is wrong with the messages of a bag, and with its table of contents alone.
 
     A metadata.yaml that is missing, damaged or of a newer version takes nothing from a file that
-    was closed; nor does a file of another name, where the messages are as many as were written.
+    was closed; nor does a file of another name, where the messages are as many as were written, or
+    one that was written before more messages were.
 
     """
     table = str(path / METADATA_FILE)
     others = [each for each in problems if METADATA_FILE not in each]
-    counts = [each for each in problems if each.startswith(table) and ': says ' in each]
-    if others or counts:
+    counts = [COUNTS.search(each) for each in problems if each.startswith(table)]
+    if others or any(each and int(each[1]) > int(each[2]) for each in counts):
         return problems, []
     return [], problems
 

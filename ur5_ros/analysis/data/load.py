@@ -7,6 +7,7 @@ import numpy as np
 
 from ur5_ros.analysis.data.answers import answers_of
 from ur5_ros.analysis.data.bags import BagData, open_bags
+from ur5_ros.analysis.data.described_arm import described_arm
 from ur5_ros.analysis.data.effort_meaning import with_effort_meaning
 from ur5_ros.analysis.data.given_reference import given_reference
 from ur5_ros.analysis.data.options import ReadingOptions, check_effort_meaning
@@ -90,10 +91,11 @@ def load_run(
     if bag is None:
         why = f' ({(problems or remarks)[0]})' if problems or remarks else ''
         raise InputError(f'{folder}: no joint states in it; nothing can be judged{why}')
+    arm, unknown = _with_description(bags, arm, keep_arm, remarks)
     records = _records(
         bags, arm, control_arm, keep_arm,
         {key: value for key, value in (('kp', kp), ('kd', kd)) if value is not None})
-    run = _run(folder, bags, bag, records, problems, remarks)
+    run = replace(_run(folder, bags, bag, records, problems, remarks), described_arm=unknown)
     if run.truth is not None and replace(run, truth=None).noisy:
         run = replace(run, remarks=(*run.remarks, EXACT_STATES))
     run = with_effort_meaning(run, effort)
@@ -125,6 +127,26 @@ def _run(folder: Path, bags: list[BagData], bag: BagData,
         target_wrenches=tuple(wrench for each in bags if each.node == 'control'
                               for wrench in target_wrenches(each, found.states)),
         **answers_of(bags, bag, found, counts), **contact_of(bags, stamp, sim))
+
+
+def _with_description(bags: list[BagData], arm: str | None, keep_arm: bool,
+                      remarks: list[str]) -> tuple[str | None, str]:
+    """
+    Return the arm to take, and what a robot description is of where no arm is known.
+
+    ``remarks`` receives what the description says.
+    """
+    found = None if any(bag.record for bag in bags) else described_arm(bags)
+    if found is None:
+        return arm, ''
+    if found.name and (arm is None or keep_arm):
+        remarks.append(found.sentence)
+        return found.name, ''
+    if arm is None:
+        return None, found.sentence
+    if arm not in found.names:
+        remarks.append(f'{found.sentence}; arm {arm} was taken, as stated')
+    return arm, ''
 
 
 def _records(

@@ -169,6 +169,8 @@ class Run:
     """Desired wrenches that the controller received, in order; before the first there is none."""
     effort_meaning: str = 'total'
     """What the recorded effort was stated to be: one of ``EFFORT_MEANINGS``."""
+    described_arm: str = ''
+    """What a recorded robot description is of, in a sentence, where that is no known arm."""
 
     required_reference = _Required[Reference]('reference', 'no reference is recorded')
     required_command = _Required[np.ndarray]('command', 'no stamped commands are recorded')

@@ -18,11 +18,11 @@ ROLE_FIELDS: dict[str, tuple[str, ...]] = {
     'ground_truth': ('position', 'velocity'), 'torque_parts': ('effort',),
     'reference': ('positions',), 'events': (), 'contact_effort': ('effort',), 'contacts': (),
     'objects': (), 'motor_current': ('effort',), 'joint_temperature': (),
-    'forward_command': (), 'target_wrench': ()}
+    'forward_command': (), 'target_wrench': (), 'robot_description': ()}
 
 #: Roles that are no numbers by joint.
 RAW_ROLES = ('events', 'contacts', 'objects', 'joint_temperature', 'forward_command',
-             'target_wrench')
+             'target_wrench', 'robot_description')
 
 _DECLARED = by_role((*SIM_TOPICS, *WORLD_TOPICS, *CONTROL_TOPICS, *ROBOT_TOPICS))
 ROLE_TYPES = {role: _DECLARED[role].type for role in ROLE_FIELDS}

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
@@ -258,8 +259,8 @@ class _Search:
                                  f'another one: --topic {role}=NAME')
             return topic
         ending = ROLE_ENDINGS[role]
-        named = [each for each in sorted(self._bag.topics, key=len)
-                 if each.endswith(ending) and each != states]
+        named = [each for each in sorted(self._bag.topics, key=lambda each: (
+            -_shared_names(each, states), len(each))) if each.endswith(ending) and each != states]
         typed = self._of_type(role)
         for topic in named:
             if topic not in typed:
@@ -277,6 +278,12 @@ class _Search:
         columns, fields = set(role_columns(role, prefix) or ()), set(ROLE_FIELDS[role])
         return any(columns <= set(form.names) and fields <= form.fields
                    for form in self.forms(topic, ROLE_TYPES[role]))
+
+
+def _shared_names(topic: str, other: str) -> int:
+    """Return how many names of their namespaces two topics have in common."""
+    pairs = zip(topic.split('/')[:-1], other.split('/')[:-1], strict=False)
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 
 
 def _unreadable(bag: Bag, topic: str) -> list[str]:

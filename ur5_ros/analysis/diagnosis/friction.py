@@ -5,8 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.diagnosis.selection import Causes
-from ur5_ros.analysis.residual_blocks import SampleBlocks, sliding, sticking, stribeck_torque
+from ur5_ros.analysis.diagnosis.selection import Causes, Fit
+from ur5_ros.analysis.residual_blocks import (
+    SampleBlocks,
+    is_noise,
+    sliding,
+    sticking,
+    stribeck_torque,
+)
 from ur5_ros.signals import JOINT_NAMES
 
 #: Speeds at which friction above Coulomb may have decayed to 1/e [rad/s]; what decays below the
@@ -15,6 +21,10 @@ SLOWEST_DECAY, FASTEST_DECAY = 0.01, 2.0
 
 #: Static friction is named from this share of what holds the joint, and from this torque on [N m].
 STICTION_SHARE, LEAST_STICTION = 0.02, 1e-3
+
+#: Of a joint that stands still, what stays unexplained is worth a word from this share of its
+#: effort on, and from this share of the largest joint's.
+SHARE_OF_OWN, SHARE_OF_LARGEST = 0.1, 0.005
 
 
 def stribeck_velocity(samples: SampleBlocks, causes: Causes) -> float:
@@ -77,3 +87,29 @@ def stiction_cause(
     return {'kind': 'stiction', 'joints': joints, 'share': 1.0,
             'sentence': 'stiction: at rest joints hold more than they resist in motion [N m]: '
             f'{listed}; a smaller torque does not move them'}
+
+
+def standing_joints(samples: SampleBlocks, fit: Fit, causes: Causes) -> dict[str, Any] | None:
+    """
+    Return the joints that stand still under a torque which what was found does not explain.
+
+    There friction at rest, a load and an offset look alike, so that none of them is named.
+    """
+    if not fit.determined.all():
+        return None  # what was found tells nothing of them
+    torque = causes.torque.copy()
+    for name in fit.names:
+        torque -= causes.units[name] @ fit.value[fit.part(name, causes)]
+    stands = ~sliding(samples)
+    size = np.sqrt(np.sum(np.where(stands, torque, 0.0)**2, axis=0)
+                   / np.maximum(stands.sum(axis=0), 1))
+    effort = np.sqrt(np.mean(samples.effort**2, axis=(0, 1)))
+    found = (stands.mean(axis=0) > 0.5) & ~is_noise(torque) & (size > SHARE_OF_OWN * effort) & (
+        size > SHARE_OF_LARGEST * effort.max())
+    if not found.any():
+        return None
+    joints = {JOINT_NAMES[i]: {'value': float(size[i])} for i in np.flatnonzero(found)}
+    listed = ', '.join(f'{name} {each["value"]:.3g}' for name, each in joints.items())
+    return {'kind': 'unexplained', 'share': 0.0, 'joints': joints,
+            'sentence': 'joints that stand still, under a torque that is not explained [N m RMS]: '
+            f'{listed}; friction at rest, a load and an offset look alike there, so move them'}

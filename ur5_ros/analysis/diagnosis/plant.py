@@ -1,20 +1,24 @@
 """Causes in the plant: another arm, payload, friction, rotor inertia, gravity; fitted."""
 
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
-from ur5_ros.analysis.diagnosis.differences import differences
 from ur5_ros.analysis.diagnosis.friction import (
     FASTEST_DECAY,
     SLOWEST_DECAY,
+    standing_joints,
     stiction_cause,
     stribeck_velocity,
 )
+from ur5_ros.analysis.diagnosis.link_body import link_torque, link_units
+from ur5_ros.analysis.diagnosis.measurement import measurement_units
+from ur5_ros.analysis.diagnosis.other_arm import arm_cause, best_arm, best_arm_with_friction
 from ur5_ros.analysis.diagnosis.selection import (
+    LINKS,
+    MOST,
     Causes,
     Fit,
     choose,
@@ -22,15 +26,17 @@ from ur5_ros.analysis.diagnosis.selection import (
 )
 from ur5_ros.analysis.diagnosis.sentences import sentences_of, unexplained
 from ur5_ros.analysis.residual_blocks import (
+    SLOW_MEASURED,
     SampleBlocks,
+    is_noise,
     load_torque,
     sample_blocks,
     sliding,
     stribeck_torque,
     unit_torques,
+    velocity_noise,
 )
-from ur5_ros.config import list_arms, load_arm
-from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
+from ur5_ros.model.dynamics import gravity_torque
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.model.regressor import dynamics_regressor
 from ur5_ros.signals import JOINT_NAMES
@@ -47,6 +53,20 @@ LEAST_TORQUE = 1e-9
 
 #: Unexplained torque under this share of the largest joint's does not weigh more for being small.
 SMALL_EXACT, SMALL_MEASURED = 1e-6, 0.02
+
+#: A joint that shows noise alone weighs so many times less, or the noise of five joints hides the
+#: fault of one.
+NOISE_WEIGHS = 10.0
+
+#: A decay of friction is seen from this many times the slowest speed, or its noise, on.
+SEEN = 4.0
+
+#: Where causes leave so many times more than one must explain, an arm with friction beside it
+#: counts that leaves less than this share of that.
+WELL, MUCH_BETTER = 2.0, 0.2
+
+#: Times that a load is fitted anew under the gravity that was found beside it.
+GRAVITY_PASSES = 3
 
 #: How far a real robot's gravity may be from none, the arm's own, or twice that, as a share.
 GRAVITY_TOLERANCE = 0.02
@@ -94,10 +114,16 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     rests = not samples.exact and _rests(samples)
     if rests:
         samples = _at_mean_pose(samples, arm)
-    causes = _causes_of(samples, arm, run.effort_meaning == 'gravity_excluded', rests)
+    causes = _causes_of(samples, arm, run.effort_meaning == 'gravity_excluded', rests,
+                        run.sim is None)
     least = SHARE_EXACT if samples.exact else SHARE_MEASURED
-    other, left = _best_arm(samples, arm, causes.weight)
+    other, left, *_ = best_arm(samples, arm, causes.weight)
     fit, causes, velocity = _choose(samples, causes, least)
+    for _ in range(GRAVITY_PASSES):
+        if 'gravity' not in fit.names or 'payload' not in causes.units:
+            break
+        causes = _load_under(fit, causes, samples)
+        fit, causes, velocity = _choose(samples, causes, least)
     if run.sim is None and not _is_gravity_possible(fit, causes):
         causes = causes._replace(units={name: unit for name, unit in causes.units.items()
                                         if name != 'gravity'})
@@ -108,12 +134,20 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     explained = len(fit.names) == 1 and fit.left < min(least, 2.0 * left)
     if other and not explained and (left < least or left < 0.1 and fit.left > ROUNDING and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2)):
-        return [_arm_cause(other, arm, 1.0 - left, samples, causes.weight)]
+        return [arm_cause(other, arm, 1.0 - left, samples, causes.weight)]
+    if not rests and len(fit.names) > 1 and (fit.left > WELL * least or len(fit.names) > 2):
+        with_friction = best_arm_with_friction(samples, arm, causes, least)
+        if with_friction.left < MUCH_BETTER * fit.left and with_friction.beside is not None:
+            return [arm_cause(with_friction.name, arm, 1.0 - with_friction.left, samples,
+                              causes.weight),
+                    *sentences_of(with_friction.beside, with_friction.causes or causes)]
     if rests and (len(fit.names) > 1 or fit.left > LEFT_AT_REST):
         return [unexplained(1.0, True)]
     found = sentences_of(fit, causes)
     if run.sim is None:
-        found = [_with_one_way(cause, samples) for cause in found]
+        found = [_with_option(_with_one_way(cause, samples)) for cause in found]
+    if samples.measured and not rests and (standing := standing_joints(samples, fit, causes)):
+        found = [*(cause for cause in found if fit.names), standing]
     for cause in found:
         if cause['kind'] == STRIBECK:
             cause |= {'velocity': velocity, 'sentence': f'{cause["sentence"]}; it has fallen to '
@@ -121,6 +155,13 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     if samples.exact and (stiction := _stiction(samples, fit, causes)):
         found = [*(cause for cause in found if cause['kind'] != 'unexplained'), stiction]
     return found
+
+
+def _load_under(fit: Fit, causes: Causes, samples: SampleBlocks) -> Causes:
+    """Return the causes with a load that weighs what the gravity of a fit makes of it."""
+    gravity = causes.arm.gravity + fit.value[fit.part('gravity', causes)]
+    load = unit_torques(samples, replace(causes.arm, gravity=gravity))['payload']
+    return causes._replace(units={**causes.units, 'payload': load})
 
 
 def _is_gravity_possible(fit: Fit, causes: Causes) -> bool:
@@ -133,7 +174,7 @@ def _is_gravity_possible(fit: Fit, causes: Causes) -> bool:
     if min(abs(size / own - known) for known in (0.0, 1.0, 2.0)) >= GRAVITY_TOLERANCE:
         return False
     cosine = float(found @ gravity) / max(size * own, 1e-300)
-    return cosine < np.cos(TURNED) or abs(size / own - 1.0) > CHANGED
+    return cosine < np.cos(TURNED) or (abs(size / own - 1.0) > CHANGED and len(fit.names) == 1)
 
 
 def _with_one_way(cause: dict[str, Any], samples: SampleBlocks) -> dict[str, Any]:
@@ -151,6 +192,14 @@ def _with_one_way(cause: dict[str, Any], samples: SampleBlocks) -> dict[str, Any
             f'motion is in one direction: {", ".join(names)}'}
 
 
+def _with_option(cause: dict[str, Any]) -> dict[str, Any]:
+    """Return a cause of gravity that an effort would show which leaves gravity out, with that."""
+    if cause['kind'] != 'gravity missing':
+        return cause
+    return {**cause, 'sentence': f'{cause["sentence"]}, or the efforts leave it out: --effort '
+            'gravity_excluded'}
+
+
 def _choose(samples: SampleBlocks, causes: Causes, least: float) -> tuple[Fit, Causes, float]:
     """Return the causes chosen, with a Stribeck effect where the others leave something."""
     if not np.abs(causes.torque[causes.weight > 0.0]).max(initial=0.0) > LEAST_TORQUE:
@@ -162,7 +211,12 @@ def _choose(samples: SampleBlocks, causes: Causes, least: float) -> tuple[Fit, C
     more = causes._replace(
         units={**causes.units, STRIBECK: stribeck_torque(samples, velocity)})
     second = choose(more, least)
-    if STRIBECK in second.names and 1.01 * SLOWEST_DECAY < velocity < 0.99 * FASTEST_DECAY:
+    slowest = 1.01 * SLOWEST_DECAY
+    if samples.measured:  # where friction is seen at all
+        slowest = max(slowest, SEEN * SLOW_MEASURED, SEEN * float(velocity_noise(samples).max()))
+    gain = MOST if samples.measured else 0.0
+    if STRIBECK in second.names and slowest < velocity < 0.99 * FASTEST_DECAY and (
+            second.left < (1.0 - gain) * first.left):
         return second, more, velocity
     return first, causes, 0.0
 
@@ -177,6 +231,8 @@ def _stiction(samples: SampleBlocks, fit: Fit, causes: Causes) -> dict[str, Any]
                 samples.q, samples.qd, samples.qdd, causes.arm)[..., 50:] @ value
         elif name == 'gravity':
             held -= gravity_torque(samples.q, replace(causes.arm, gravity=value))
+        elif name in LINKS:
+            held -= link_torque(name, value, samples, causes.arm)
         elif name == 'armature':
             held -= value * samples.qdd
         elif name == 'viscous friction':
@@ -189,61 +245,36 @@ def _stiction(samples: SampleBlocks, fit: Fit, causes: Causes) -> dict[str, Any]
 
 
 def _causes_of(samples: SampleBlocks, arm: ArmParameters, weightless: bool,
-               rests: bool) -> Causes:
+               rests: bool, measured: bool) -> Causes:
     """
     Return the unexplained torque and what may explain it; standing still, not friction.
 
-    ``weightless``: the effort was recorded without gravity, that of a load included.
+    ``weightless``: the effort was recorded without gravity, that of a load included;
+    ``measured``: a robot measured it, which may be wrong.
 
     """
     units = unit_torques(samples, arm)
     if weightless:
         units['payload'] = unit_torques(samples, replace(arm, gravity=np.zeros(3)))['payload']
         del units['gravity']
+    if measured:
+        units |= measurement_units(samples, samples.effort - samples.unexplained_torque,
+                                   weightless)
+    units |= link_units(samples, replace(arm, gravity=np.zeros(3)) if weightless else arm)
     torque = samples.unexplained_torque.mean(axis=1)
     known = sliding(samples)
     if rests or not known.any():  # gravity and a load alone act at rest
         known, rests = np.ones_like(known), True
         units = {name: units[name] for name in ('payload', 'gravity') if name in units}
-    scale = np.sqrt(np.mean(torque**2, axis=0))
+    counted = np.maximum(known.sum(axis=0), 1)
+    scale = np.sqrt(np.sum(np.where(known, torque, 0.0)**2, axis=0) / counted)
     # a joint whose torque is small may be all noise, which other joints' columns would then fit
     least = 1.0 if rests else SMALL_EXACT if samples.exact else SMALL_MEASURED
     scale = np.maximum(scale, least * scale.max())
-    weight = known / scale / np.sqrt(np.maximum(known.sum(axis=0), 1))
+    if not rests and not samples.exact and not is_noise(torque).all():
+        scale = np.where(is_noise(torque), NOISE_WEIGHS * scale, scale)
+    weight = known / np.maximum(scale, 1e-300) / np.sqrt(counted)
     return Causes(torque, weight, units, arm)
-
-
-@cache
-def _named_arms() -> dict[str, ArmParameters]:
-    return {name: load_arm(name) for name in list_arms()}
-
-
-def _best_arm(samples: SampleBlocks, arm: ArmParameters, weight) -> tuple[str, float]:
-    """Return the named arm that leaves least unexplained, same load, and how much."""
-    total = float(np.sum((samples.unexplained_torque.mean(axis=1) * weight)**2))
-    found = ('', np.inf)
-    for name, other in _named_arms().items():
-        angles = samples.q - arm.angle_offset + other.angle_offset
-        loaded = replace(other, payload=arm.payload)
-        torque = inverse_dynamics(angles, samples.qd, samples.qdd, loaded)
-        left = float(np.sum(((samples.effort - torque).mean(axis=1) * weight)**2)) / total
-        if left < found[1]:
-            found = (name, left)
-    return found
-
-
-def _arm_cause(name: str, arm: ArmParameters, share: float, samples: SampleBlocks,
-               weight: np.ndarray) -> dict[str, Any]:
-    """Return the cause that the plant is another arm, with every parameter that differs."""
-    plant = replace(_named_arms()[name], payload=arm.payload)
-    mending = differences(arm, plant, samples, (weight > 0.0).astype(float))
-    return {
-        'kind': 'wrong arm', 'arm': name, 'share': share,
-        'differences': [each._asdict() for each in mending.differences],
-        'unexplained_rms': mending.before, 'mended_rms': mending.after,
-        'sentence': f"the plant moves as arm {name}, not as the controller's arm {arm.name}: "
-        f'{mending.words()}; the unexplained torque falls from {mending.before:.3g} to '
-        f'{mending.after:.2g} N m RMS'}
 
 
 def _rests(samples: SampleBlocks) -> bool:

@@ -1,10 +1,12 @@
 """Which causes act together: fitted, kept to what a body can have, and chosen one by one."""
 
 from collections.abc import Mapping
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
+from ur5_ros.analysis.diagnosis.measurement import MEASUREMENT, is_possible
 from ur5_ros.model.parameters import ArmParameters
 
 #: A cause must explain this many times the noise.
@@ -22,6 +24,16 @@ LARGEST_COM_DISTANCE = 1.0
 #: A gravity whose size is not none, once or twice the arm's, within this share of it, must leave
 #: this many times less than another cause does; less than that share does not count.
 COMMON, ODD, NEGLIGIBLE = 0.05, 10.0, 1e-9
+
+#: Causes in the body of one link, and how many times less than another cause one must leave: of a
+#: simulated arm, and of a robot, whose torques may be measured wrongly instead.
+LINKS, RARE, RARER = tuple(f'body of link {i}' for i in range(1, 6)), 3.0, 12.0
+
+#: Most causes that are added at once.
+TOGETHER = 2
+
+#: An effort that is measured wrongly must explain this share of what others leave.
+MOST = 0.5
 
 #: Singular values under this share of the largest are rounding; and the part of a parameter that
 #: may lie along them.
@@ -64,21 +76,42 @@ class Fit(NamedTuple):
 
 
 def choose(causes: Causes, least: float) -> Fit:
-    """Add the best cause as long as it is significant, then drop those that no longer are."""
+    """
+    Add the best cause as long as it is significant, then drop those that no longer are.
+
+    Where no single one is, several that act together may be.
+    """
     chosen: tuple[str, ...] = ()
     best = fit(causes, chosen)
     while len(chosen) < len(causes.units):
-        trials = [fit(causes, (*chosen, name)) for name in causes.units if name not in chosen]
-        trial = min(trials, key=lambda each: _effective_left(each, causes))
-        if not _is_significant(best, trial, causes, least):
+        more = _compatible(causes, chosen)
+        for together in range(1, min(TOGETHER, len(more)) + 1):
+            if together > 1:
+                more = [name for name in more if name not in LINKS]
+            trials = [fit(causes, (*chosen, *names)) for names in combinations(more, together)]
+            if not trials:
+                continue
+            trial = min(trials, key=lambda each: _effective_left(each, causes))
+            if _is_significant(best, trial, causes, least):
+                break
+        else:
             break
         chosen, best = trial.names, trial
-    for name in chosen[:-1]:
+    for name in chosen:
         without = tuple(other for other in chosen if other != name)
         trial = fit(causes, without)
         if not _is_significant(trial, best, causes, least):
             chosen, best = without, trial
     return best
+
+
+def _compatible(causes: Causes, chosen: tuple[str, ...]) -> list[str]:
+    """Return the causes that may be added: the body of one link goes with friction alone."""
+    others = [name for name in chosen if not name.endswith('friction')]
+    more = [name for name in causes.units if name not in chosen]
+    if any(name in LINKS for name in others):
+        return [name for name in more if name.endswith('friction')]
+    return [name for name in more if not others or name not in LINKS]
 
 
 def with_confounders(best: Fit, causes: Causes) -> Fit:
@@ -90,8 +123,10 @@ def with_confounders(best: Fit, causes: Causes) -> Fit:
 
     """
     confounders, error = [], best.error
+    if any(name in (*MEASUREMENT, *LINKS) for name in best.names):
+        return best  # it is there because nothing else does nearly as well
     for name in causes.units:
-        if name in best.names or not best.names:
+        if name in best.names or not best.names or name in (*MEASUREMENT, *LINKS):
             continue
         trial = fit(causes, (*best.names, name))
         count = len(best.value)
@@ -128,6 +163,9 @@ def fit(causes: Causes, names: tuple[str, ...]) -> Fit:
         use &= ~below
     found = Fit(names, value, error, float(np.sum((y - x @ value)**2)) / total, determined)
     if 'payload' in names and not _can_be_a_load(found, causes):
+        return found._replace(left=np.inf)
+    if not all(is_possible(name, value[found.part(name, causes)])
+               for name in names if name in MEASUREMENT):
         return found._replace(left=np.inf)
     return found
 
@@ -172,8 +210,17 @@ def _can_be_a_load(found: Fit, causes: Causes) -> bool:
 
 
 def _effective_left(found: Fit, causes: Causes) -> float:
-    """Return what stays unexplained; a gravity unlike any mounting must explain much more."""
+    """
+    Return what stays unexplained.
+
+    A gravity unlike any mounting, and an effort that is measured wrongly, must explain much more.
+    """
     left = found.left + NEGLIGIBLE
+    if any(name in MEASUREMENT for name in found.names):
+        return ODD * left
+    if any(name in LINKS for name in found.names):
+        measured = any(name in MEASUREMENT for name in causes.units)
+        return (RARER if measured else RARE) * left
     if found.names[-1:] != ('gravity',):
         return left
     size = float(np.linalg.norm(
@@ -186,6 +233,9 @@ def _is_significant(without: Fit, with_: Fit, causes: Causes, least: float) -> b
     if not np.isfinite(without.left):
         return True
     gain = without.left - with_.left
+    if any(name in MEASUREMENT for name in set(with_.names) - set(without.names)) and (
+            gain < MOST * without.left):
+        return False
     more = len(with_.value) - len(without.value)
     noise = with_.left / max(causes.torque.size - len(with_.value), 1)
     return gain > least and gain > 1e-3 * without.left and gain > MIN_SIGNAL * more * noise

@@ -4,7 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.analysis.diagnosis.selection import SIGNIFICANT, Causes, Fit
+from ur5_ros.analysis.diagnosis.link_body import link_cause, masses_instead_of
+from ur5_ros.analysis.diagnosis.measurement import DELAY, FACTOR, MEASUREMENT, OFFSET
+from ur5_ros.analysis.diagnosis.selection import LINKS, SIGNIFICANT, Causes, Fit
 from ur5_ros.signals import JOINT_NAMES
 
 #: Smallest standard error, as a share of the value: the model is not known better.
@@ -15,6 +17,9 @@ VAGUE_SHARE = 0.5
 
 #: What a centre of mass may be uncertain by before it is not named [m].
 VAGUE_CENTRE = 0.05
+
+#: A factor of efforts that differs from one by less is none; factors that differ by less are one.
+NEAR_ONE, ALIKE = 1e-3, 0.01
 
 _UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2',
           'load-dependent friction': '1', 'Stribeck friction': 'N m'}
@@ -29,8 +34,16 @@ def sentences_of(fit: Fit, causes: Causes) -> list[dict[str, Any]]:
         error = np.maximum(fit.error[part], PRECISION * np.abs(value).max())
         if name == 'payload':
             cause = _payload(value, error, fit.determined[part])
+            cause['sentence'] += masses_instead_of(name, fit, causes)
         elif name == 'gravity':
+            if np.linalg.norm(value) < SIGNIFICANT * error.max():
+                found.append(_undetermined(name, share, fit))
+                continue
             cause = _gravity(value, error, fit.determined[part], causes.arm)
+        elif name in LINKS:
+            cause = link_cause(name, fit, causes)
+        elif name in MEASUREMENT:
+            cause = _measurement(name, value, error)
         else:
             cause = _per_joint(name, value, error)
         cause = {'share': share, **cause}
@@ -43,6 +56,14 @@ def sentences_of(fit: Fit, causes: Causes) -> list[dict[str, Any]]:
     if fit.left > 0.05:
         found.append(unexplained(fit.left, 'armature' not in causes.units))
     return found
+
+
+def _undetermined(name: str, share: float, fit: Fit) -> dict[str, Any]:
+    """Return what stands in place of a cause whose size is within its error."""
+    alike = ' and '.join((name, *fit.confounders))
+    return {'kind': 'unexplained', 'share': share, 'candidates': [name, *fit.confounders],
+            'sentence': f'this motion does not tell {alike} apart, which would explain '
+            f'{share:.1%} of the squared residual; move every joint far, and fast'}
 
 
 def unexplained(left: float, still: bool) -> dict[str, Any]:
@@ -118,3 +139,27 @@ def _per_joint(name, value, error) -> dict[str, Any]:
     return {'kind': name, 'joints': {JOINT_NAMES[i]: {'value': float(value[i]),
                                                        'error': float(error[i])} for i in sure},
             'sentence': f"{what} that the controller's arm does not have [{unit}]: {listed}"}
+
+
+def _measurement(name: str, value: np.ndarray, error: np.ndarray) -> dict[str, Any]:
+    """Return a cause in words, with its size by joint."""
+    if name == DELAY:
+        return {'kind': name, 'delay_s': float(value[0]), 'error_s': float(error[0]),
+                'sentence': f'the efforts are {value[0] * 1e3:.3g} +- {error[0] * 1e3:.1g} ms '
+                'late beside the motion: a filter, or stamps of another clock'}
+    least = NEAR_ONE if name == FACTOR else 1e-3 * np.abs(value).max()
+    sure = np.flatnonzero((np.abs(value) > SIGNIFICANT * error) & (np.abs(value) > least))
+    shown = 1.0 + value if name == FACTOR else value
+    joints = {JOINT_NAMES[i]: {'value': float(shown[i]), 'error': float(error[i])} for i in sure}
+    listed = ', '.join(f'{JOINT_NAMES[i]} {shown[i]:.4g} +- {error[i]:.1g}' for i in sure)
+    found = {'kind': name, 'joints': joints}
+    if not listed:
+        return {**found, 'determined': False, 'sentence': f'a {name} explains it, but this motion '
+                'does not determine how much; move every joint far'}
+    if name == OFFSET:
+        return {**found, 'sentence': f'the efforts have a constant offset [N m]: {listed}; take '
+                'it off, or set the torque sensors to zero, before recording'}
+    every = len(sure) == 6 and np.ptp(shown) < ALIKE
+    words = f'{shown.mean():.4g} at every joint' if every else listed
+    return {**found, 'sentence': f'the efforts are not 1 times the torque of the arm but {words}: '
+            'torque constants that are off; with --effort current any factor a joint is taken'}

@@ -8,7 +8,7 @@ from mcap.records import Channel, Schema
 
 from ur5_ros.bag.mcap.records import Opcode, parse_record
 from ur5_ros.cdr.codec import Definitions, definitions_of
-from ur5_ros.cdr.message_definition import parse_schema
+from ur5_ros.cdr.message_definition import PRIMITIVES, parse_schema
 from ur5_ros.cdr.recorded_types import DEFINITIONS
 from ur5_ros.errors import BagError
 
@@ -54,9 +54,8 @@ class TopicInfo(NamedTuple):
         except UnicodeDecodeError:
             raise BagError(f'topic {self.name}: a schema that is not UTF-8') from None
         found = parse_schema(self.type, text)
-        if known is not None and not all(
-                set(fields) <= set(found.get(name, ())) for name, fields in known.items()):
-            raise BagError(f'topic {self.name}: {self.type} is defined otherwise than in ROS 2')
+        if known is not None:
+            _refuse_other_fields(f'topic {self.name}: {self.type}', self.type, known, found)
         return found
 
     @property
@@ -71,6 +70,33 @@ class TopicInfo(NamedTuple):
         return all(found.get(name) == fields
                    for name, fields in definitions_of(self.type).items())
 
+
+def _refuse_other_fields(where: str, type_name: str, known: Definitions,
+                         found: Definitions) -> None:
+    """
+    Raise BagError where a schema gives a type other fields than ROS 2 does.
+
+    More fields and bounds do no harm; of a type in ``OPTIONAL`` numbers may be of another kind,
+    and fields may be missing.
+    """
+    for name, fields in known.items():
+        theirs = {field.name: field for field in found.get(name, ())}
+        optional = OPTIONAL.get(name, ()) if name == type_name else ()
+        for field in fields:
+            other = theirs.get(field.name)
+            numbers = other is not None and field.name in optional and (
+                PRIMITIVES.get(other.base) is not None)
+            same = other is not None and other.nested == field.nested and (
+                bool(other.array) == bool(field.array)) and (numbers or other.base == field.base)
+            if not same and (other is not None or field.name not in optional):
+                is_ = 'missing' if other is None else f'{other.base}{"[]" if other.array else ""}'
+                raise BagError(f'{where} is defined otherwise than in ROS 2: its field '
+                               f"{field.name} is {is_}; record it with ROS 2's own definition: "
+                               'ros2 bag record')
+
+
+#: Type -> fields of numbers that a schema may leave out.
+OPTIONAL = {'sensor_msgs/msg/JointState': ('position', 'velocity', 'effort')}
 
 #: Encoding of messages -> the way to one that is read.
 _WAYS_OUT = {

@@ -29,16 +29,29 @@ def arm(urdf: Path | None, calibration: Path | None, name: str | None, out: Path
         if name is not None:
             raise InputError('--arm is for --calibration; a URDF describes its own arm')
         from ur5_ros.config.foreign_arms.urdf_arm import arm_of_urdf, mass_beyond_tool
-        found = arm_of_urdf(urdf, out.stem)
+        data = _recorded_urdf(urdf)
+        found = arm_of_urdf(urdf, out.stem, data)
         source = f'URDF {urdf.name}'
         text = arm_file_text(found, f'Made of the URDF {urdf.name}.', source, source)
         sentences = [f'masses of {found.mass.sum():.4g} kg, reach of '
                      f'{abs(found.a).sum() + found.d[4]:.4g} m; rotor inertia is not in a URDF: '
                      'zero']
-        if beyond := mass_beyond_tool(urdf):
+        if beyond := mass_beyond_tool(urdf, data):
             sentences.append(f'links that move behind the six joints were left out: {beyond:.4g} '
                              'kg; give them as a payload')
     write_new_file(out, text)
     for sentence in (*sentences, f'written: {out}'):
         print(sentence)
     return SUCCESS
+
+
+def _recorded_urdf(path: Path) -> bytes | None:
+    """Return the URDF that a bag recorded; None where the path is none of a bag."""
+    if not (path.is_dir() or path.suffix in ('.mcap', '.db3')):
+        return None
+    from ur5_ros.analysis.data.bags import open_bags
+    from ur5_ros.analysis.data.described_arm import ROLE, urdf_in
+    for bag in open_bags(path)[0]:
+        if bag.has(ROLE):
+            return urdf_in(bag)
+    raise InputError(f'{path}: no /robot_description in it; give the URDF as a file')

@@ -25,7 +25,7 @@ def runs_below(folder: Path) -> list[Path]:
 
     """
     files: dict[Path, list[Path]] = {}
-    for pattern in ('*.mcap', '*.db3'):
+    for pattern in ('[!.]*.mcap', '[!.]*.db3'):
         for path in folder.rglob(pattern):
             files.setdefault(path.parent, []).append(path)
     runs: set[Path] = set()

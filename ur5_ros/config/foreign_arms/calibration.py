@@ -62,7 +62,7 @@ def calibrated_arm_text(calibration: Path, arm: str | None = None) -> tuple[str,
     chain = np.array([transform((joint.x, joint.y, joint.z), (joint.roll, joint.pitch, joint.yaw))
                       for joint in joints])
     names = [arm] if arm is not None else list_arms()
-    away = {name: _distance(chain, load_arm(name)) for name in names}
+    away = {name: distance(chain, load_arm(name)) for name in names}
     best = min(away, key=lambda name: (away[name], name))
     if away[best] > LARGEST_TOOL_OFFSET:
         way_out = 'give the arm that was calibrated: --arm NAME' if arm else (
@@ -86,7 +86,7 @@ def _row(values: tuple[float, ...]) -> str:
     return '[' + ', '.join(repr(float(value)) for value in values) + ']'
 
 
-def _distance(chain: np.ndarray, arm: ArmParameters) -> float:
+def distance(chain: np.ndarray, arm: ArmParameters) -> float:
     """Return how far the tools of a chain and of a DH table are apart, over spread postures."""
     if np.any(arm.angle_offset):
         return np.inf

@@ -24,17 +24,19 @@ ANGLE, DISTANCE = 1e-6, 1e-6
 GRAVITY = (0.0, 0.0, -9.81)
 
 
-def arm_of_urdf(path: Path, name: str | None = None) -> ArmParameters:
+def arm_of_urdf(path: Path, name: str | None = None, data: bytes | None = None,
+                prefix: str | None = None) -> ArmParameters:
     """
     Return the arm that a URDF describes.
 
     ``path``: URDF with six revolute joints, axes 2 to 4 parallel and the others perpendicular, as
     the robots of the UR family have them; a xacro file is to be expanded before; ``name``: name of
-    the arm; that of the robot by default.
+    the arm; that of the robot by default; ``data``: its text, where ``path`` only says whose it
+    is; ``prefix``: text before the names of the joints.
     """
-    robot = parse_urdf(path)
-    chain = six_joints(robot, path)
-    base = _base_frame(robot, chain[0])
+    robot = parse_urdf(path, data)
+    chain = six_joints(robot, path, prefix)
+    base = base_frame(robot, chain[0])
     frames, poses = [], base
     for joint in chain:
         poses = poses @ joint.origin
@@ -44,7 +46,7 @@ def arm_of_urdf(path: Path, name: str | None = None) -> ArmParameters:
                                                                         strict=True)])
     points = np.array([frame[:3, 3] for frame in frames])
     dh, offset = _dh_frames(axes, points, tool, path)
-    bodies = [_body(robot, joint.child, frame, dh[i], path)
+    bodies = [body_of(robot, joint.child, frame, dh[i], path)
               for i, (joint, frame) in enumerate(zip(chain, frames, strict=True))]
     steps = [np.linalg.inv(before) @ after for before, after in
              zip([np.eye(4), *dh[:-1]], dh, strict=True)]
@@ -64,9 +66,9 @@ def arm_of_urdf(path: Path, name: str | None = None) -> ArmParameters:
         raise InputError(f'{path}: {error}') from None
 
 
-def mass_beyond_tool(path: Path) -> float:
+def mass_beyond_tool(path: Path, data: bytes | None = None) -> float:
     """Return the mass of the links of a URDF that move on behind the six joints [kg]."""
-    robot = parse_urdf(path)
+    robot = parse_urdf(path, data)
     chain = six_joints(robot, path)
     own = {link for joint in chain for link in fixed_to(robot, joint.child)}
     moving, beyond = set(own), set[str]()
@@ -79,7 +81,7 @@ def mass_beyond_tool(path: Path) -> float:
                for link in beyond if link in robot.links)
 
 
-def _base_frame(robot: UrdfRobot, first: UrdfJoint) -> np.ndarray:
+def base_frame(robot: UrdfRobot, first: UrdfJoint) -> np.ndarray:
     """Return the parent of the first joint as seen from ``base``; the same where there is none."""
     for link, pose in fixed_to(robot, first.parent).items():
         if link == 'base' or link.endswith('_base') and 'link' not in link:
@@ -149,7 +151,7 @@ def _intersection(p: np.ndarray, z: np.ndarray, q: np.ndarray, w: np.ndarray,
     return point
 
 
-def _body(robot: UrdfRobot, link: str, frame: np.ndarray, dh: np.ndarray,
+def body_of(robot: UrdfRobot, link: str, frame: np.ndarray, dh: np.ndarray,
           path: Path) -> tuple[float, np.ndarray, np.ndarray]:
     """Return mass, centre and tensor, in a DH frame, of a moving link and what is fixed to it."""
     to_dh = np.linalg.inv(dh) @ frame

@@ -38,12 +38,13 @@ class UrdfRobot(NamedTuple):
     links: dict[str, Any]
 
 
-def parse_urdf(path: Path) -> UrdfRobot:
-    """Return the joints and links of a URDF; InputError if it is none."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f'{path}: cannot be read: {error.strerror}') from None
+def parse_urdf(path: Path, data: bytes | None = None) -> UrdfRobot:
+    """Return the joints and links of a URDF; InputError if it is none; ``data``: its text."""
+    if data is None:
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise InputError(f'{path}: cannot be read: {error.strerror}') from None
     if len(data) > MAX_BYTES:
         raise InputError(f'{path}: {len(data)} bytes; at most {MAX_BYTES} are read')
     ascii_only = data.replace(b'\0', b'')  # whatever the encoding
@@ -109,10 +110,16 @@ def _right_angle(angle: float, text: str) -> float:
     return nearest if rounded else angle
 
 
-def six_joints(robot: UrdfRobot, path: Path) -> list[UrdfJoint]:
-    """Return the six joints of the arm, with the fixed ones between them taken in."""
+def six_joints(robot: UrdfRobot, path: Path, prefix: str | None = None) -> list[UrdfJoint]:
+    """
+    Return the six joints of the arm, with the fixed ones between them taken in.
+
+    ``prefix``: text before their names, where the robot may have several arms.
+    """
     moving = [joint for joint in robot.joints if joint.kind in ('revolute', 'continuous')]
-    named = [joint for joint in moving if joint.name.endswith(JOINT_NAMES)]
+    named = [joint for joint in moving if (
+        joint.name.endswith(JOINT_NAMES) if prefix is None
+        else joint.name in [prefix + name for name in JOINT_NAMES])]
     if len(named) > 6:
         raise InputError(f'{path}: {len(named)} joints of the six names: several arms; give the '
                          'URDF of one')

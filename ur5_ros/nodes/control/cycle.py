@@ -78,7 +78,7 @@ class ControlCycle:
         self._waiting_stamp = 0
         self._logged_wait = False
         self._reported_after = -1
-        self._autostart = parameters.autostart
+        self._autostart, self._experiment = parameters.autostart, parameters.experiment
         rate = parameters.monitor_rate
         self._monitor_period = round(1e9 / rate) if rate else 0
         self._monitored = -1
@@ -208,11 +208,16 @@ class ControlCycle:
     def _make_controller(self, rate: int | None) -> None:
         """Begin with a controller for a rate [Hz]; without one it only holds the arm."""
         before = self.controller
-        parameters = before.parameters.replaced(
-            {'autostart': self._autostart and rate is not None})
+        parameters = before.parameters.replaced({
+            'autostart': self._autostart and rate is not None, 'experiment': self._experiment})
         keep = rate in (None, self._tabled_rate)  # to compute the table takes tens of periods
-        self.controller = Controller(before.arm, parameters, rate,
-                                     before.experiment if keep else None)
+        try:
+            self.controller = Controller(before.arm, parameters, rate,
+                                         before.experiment if keep else None)
+        except InputError as problem:  # of parameters that were changed since: the arm is held
+            parameters = parameters.replaced({'experiment': '', 'autostart': False})
+            self.controller = Controller(before.arm, parameters, rate)
+            self._logger.warning(f'the experiment is not started: {problem}')
         self._tabled_rate = rate or self._tabled_rate
         self.controller_rate = rate
 

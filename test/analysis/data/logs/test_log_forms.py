@@ -276,3 +276,41 @@ def test_a_few_angles_that_no_joint_has_are_dropped_and_many_are_another_unit(tm
     far[:10, 1] = 90.0
     with pytest.raises(InputError, match='and so are 12 rows of 120; if these are degrees'):
         read(tmp_path, lines(q=far))
+
+
+MEASURED = ['actual_current_as_torque', 'actual_torque', 'actual_moment', 'joint_torques',
+            'effort']
+
+
+@pytest.mark.parametrize('name', MEASURED)
+def test_a_measured_torque_is_used_where_there_is_no_target_torque(tmp_path, name):
+    text = renamed(lambda each: each.replace('target_moment', name))
+    (tmp_path / 'log.csv').write_text('\n'.join(text))
+    sentences = import_log(tmp_path / 'log.csv', tmp_path / 'run', 'ur5e')
+    assert 'effort = torque that the robot measured' in sentences
+    run = load_run(tmp_path / 'run')
+    np.testing.assert_allclose(run.states.effort, TORQUE, rtol=1e-8)
+    assert not run.follows_reference
+
+
+def test_of_a_target_torque_and_a_measured_one_the_target_torque_is_used(tmp_path):
+    both = [f'{row},{",".join(f"actual_torque_{i}" if k == 0 else "7" for i in range(6))}'
+            for k, row in enumerate(lines())]
+    (tmp_path / 'log.csv').write_text('\n'.join(both))
+    assert any('target torque' in each for each in import_log(
+        tmp_path / 'log.csv', tmp_path / 'run', 'ur5e'))
+    np.testing.assert_allclose(load_run(tmp_path / 'run').states.effort, TORQUE, rtol=1e-8)
+
+
+def test_columns_that_may_be_torques_and_are_not_used_are_named(tmp_path):
+    found = read(tmp_path, renamed(lambda each: each.replace('target_moment', 'tau_hat')))
+    assert found.remarks == ["columns that may be torques are not used: 'tau_hat_0, tau_hat_1, "
+                             "tau_hat_2, tau_hat_3'; name them with --columns"]
+
+
+def test_a_recorder_that_is_faster_than_the_robot_repeats_rows_and_loses_none(tmp_path):
+    names, *rows = lines()
+    found = read(tmp_path, [names, *(row for row in rows for _ in range(4))])
+    assert len(found.t) == N
+    assert found.remarks == ['360 rows of 480 repeat the time of the row before: dropped (first: '
+                             'line 3)']

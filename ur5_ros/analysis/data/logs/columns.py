@@ -9,7 +9,7 @@ from ur5_ros.errors import InputError
 
 #: Quantity -> names of its six columns: the UR real-time interface as published by K. Kufieta,
 #: then UR's RTDE recorder and ur_rtde.
-COLUMNS = {
+COLUMNS: dict[str, tuple[str, ...]] = {
     'q': ('q_actual_{1}', 'actual_q_{0}'),
     'qd': ('qd_actual_{1}', 'actual_qd_{0}'),
     'torque': ('m_target_{1}', 'target_moment_{0}'),
@@ -19,7 +19,13 @@ COLUMNS = {
     'current': ('i_actual_{1}', 'actual_current_{0}'),
     'tool': ('tool_vector_{1}', 'actual_TCP_pose_{0}'),
     'temperature': ('joint_temperature_{1}', 'joint_temperatures_{0}'),
+    'torque_actual': ('actual_current_as_torque_{0}', 'actual_torque_{0}', 'actual_moment_{0}',
+                      'actual_joint_torque_{0}', 'joint_torque_{0}', 'joint_torques_{0}',
+                      'measured_torque_{0}', 'effort_{0}'),
 }
+
+#: What a name has in it that is a torque of a joint.
+_TORQUES = re.compile(r'torque|moment|effort|(^|_)tau(_|$)')
 
 #: Names of the time; words of which one is in another name of it; names of its seconds and
 #: nanoseconds where they are two columns.
@@ -33,9 +39,9 @@ PAYLOAD_COM = 'payload_cog_{0}'
 
 #: Largest magnitude that a quantity can have: rad, rad/s, rad/s^2, N m, A, m or rad, deg C, kg, m,
 #: and s or nanoseconds since 1970.
-LARGEST = {'q': 1e3, 'qd': 1e3, 'torque': 1e5, 'q_star': 1e3, 'qd_star': 1e3, 'qdd_star': 1e5,
-           'current': 1e5, 'tool': 1e3, 'temperature': 200.0, 'payload': 1e4,
-           'payload_com': 1e2, 'time': 1e19}
+LARGEST = {'q': 1e3, 'qd': 1e3, 'torque': 1e5, 'torque_actual': 1e5, 'q_star': 1e3,
+           'qd_star': 1e3, 'qdd_star': 1e5, 'current': 1e5, 'tool': 1e3, 'temperature': 200.0,
+           'payload': 1e4, 'payload_com': 1e2, 'time': 1e19}
 
 _DEGREE = 0.017453292519943295
 _SECOND = {'s': 1.0, 'sec': 1.0, 'seconds': 1.0, 'ms': 1e-3, 'msec': 1e-3, 'us': 1e-6, 'µs': 1e-6,
@@ -50,7 +56,8 @@ UNITS: dict[str, Mapping[str, float]] = {
        for name in ('qd', 'qd_star')},
     'qdd_star': {f'{unit}/s{square}': factor for unit, factor in _ANGLE.items()
                  for square in ('^2', '2', '²')},
-    'torque': _TORQUE, 'current': {'a': 1.0, 'ma': 1e-3}, 'tool': {'m': 1.0, 'rad': 1.0},
+    'torque': _TORQUE, 'torque_actual': _TORQUE, 'current': {'a': 1.0, 'ma': 1e-3},
+    'tool': {'m': 1.0, 'rad': 1.0},
     'temperature': {'c': 1.0, '°c': 1.0, 'degc': 1.0}, 'payload': {'kg': 1.0, 'g': 1e-3},
     'payload_com': {'m': 1.0, 'mm': 1e-3},
 }
@@ -154,6 +161,13 @@ def find_columns(names: Sequence[str], log: Path) -> LogColumns:
         com = [places.get(PAYLOAD_COM.format(i)) for i in range(3)]
         if all(column is not None for column in com):
             found['payload_com'] = [column for column in com if column is not None]
+    if 'torque' in found:
+        found.pop('torque_actual', None)  # one torque is enough
+    elif 'torque_actual' not in found:
+        unused = [names[i].strip() for i, (name, _) in enumerate(plain) if _TORQUES.search(name)]
+        if unused:
+            remarks.append(f'columns that may be torques are not used: {_first(unused)}; name '
+                           'them with --columns')
     _refuse_doubles(plain, names, found, log)
     return LogColumns(found, _factors(found, plain, names, log), remarks)
 
@@ -206,7 +220,7 @@ def _factors(found: dict[str, list[int]], plain: Sequence[Column], names: Sequen
     return factors
 
 
-def _six(forms: tuple[str, str], places: Mapping[str, int]) -> tuple[list[int], list[str]]:
+def _six(forms: Sequence[str], places: Mapping[str, int]) -> tuple[list[int], list[str]]:
     """Return the places of six columns; of a set that is not whole, the names that are missing."""
     incomplete: list[str] = []
     for form in (each.lower() for each in forms):

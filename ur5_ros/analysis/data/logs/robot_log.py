@@ -37,8 +37,8 @@ def import_log(
     Turn a robot's log into a bag.
 
     Target position, velocity and acceleration become the reference; the target torque becomes the
-    effort of the joint states, motor currents a topic of their own, a declared payload part of
-    the arm.
+    effort of the joint states, a measured one where there is no other; motor currents become a
+    topic of their own, a declared payload part of the arm.
 
     ``out``: bag folder to write; it must not exist; ``columns``: names of the columns in the order
     of the file, for one without names; ``-`` skips one.
@@ -48,13 +48,21 @@ def import_log(
     if out.exists():
         raise InputError(f'{out} exists already; give another folder')
     table = read_table(log, columns)
+    measured = table.values.pop('torque_actual', None)
+    if measured is not None:
+        table.values['torque'] = measured
     text, sentences = _arm_of(table, arm)
-    _write(table, log, out, arm, text)
-    missing = [name for name in COLUMNS if name not in table.values]
+    effort = 'none' if 'torque' not in table.values else (
+        'target torque' if measured is None else 'measured torque')
+    _write(table, log, out, arm, text, effort)
+    missing = [name for name in COLUMNS
+               if name not in table.values and name != 'torque_actual']
     sentences = [f'{len(table.t)} samples over {table.t[-1] - table.t[0]:.6g} s, '
                  f'{1.0 / np.median(np.diff(table.t)):.4g} Hz', *table.remarks, *sentences]
-    if 'torque' in table.values:
+    if effort == 'target torque':
         sentences.append('effort = target torque of the robot, which belongs to its target motion')
+    elif effort == 'measured torque':
+        sentences.append('effort = torque that the robot measured')
     if missing:
         sentences.append('not in the log: ' + ', '.join(
             COLUMNS[name][0].replace('{1}', '1..6') for name in missing))
@@ -89,7 +97,7 @@ def _arm_of(table: LogTable, arm: str) -> tuple[str, list[str]]:
                   f'[{", ".join(f"{each:.4g}" for each in com)}] m']
 
 
-def _write(table: LogTable, log: Path, out: Path, arm: str, text: str) -> None:
+def _write(table: LogTable, log: Path, out: Path, arm: str, text: str, effort: str) -> None:
     values = table.values
     reference = [values[name] for name in ('q_star', 'qd_star', 'qdd_star') if name in values]
     if 'q_star' not in values:
@@ -99,7 +107,7 @@ def _write(table: LogTable, log: Path, out: Path, arm: str, text: str) -> None:
     description = describe('robot', out.resolve().name, arm, text, parameters, names,
                            fingerprint())
     description['log'] = log.name
-    description['effort'] = 'target torque' if 'torque' in values else 'none'
+    description['effort'] = effort
     filled = [field for field, name in (('position', 'q'), ('velocity', 'qd'),
                                         ('effort', 'torque')) if name in values]
     state = FixedJointState(JOINT_NAMES, fields=filled)

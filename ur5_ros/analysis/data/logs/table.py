@@ -124,7 +124,8 @@ def _countable(log: Path, table: np.ndarray, lines: np.ndarray, broken: np.ndarr
     others = lines[found_order.others]
     _remark(remarks, others, total, 'are of another recording in the same file')
     table, lines = table[found_order.order], lines[found_order.order]
-    if len(table) < 2 or len(table) < LEAST_SHARE * (total - len(others)):
+    alone = total - len(others) - int(found_order.repeated.sum())
+    if len(table) < 2 or len(table) < LEAST_SHARE * alone:
         raise InputError(f'{log}: {len(table)} of {total} rows can be used'
                          f'{" (" + "; ".join(remarks) + ")" if remarks else ""}; at least two '
                          'whole rows, and half of all, are needed')

@@ -29,6 +29,9 @@ SPIKE, NO_UNIT = 100.0, 1e6
 #: A joint turns no further than this [rad]; the last one of some arms does.
 FURTHEST, MAY_TURN = 13.0, 5
 
+#: Efforts below this are zero in any unit.
+NO_TORQUE = 1e-9
+
 #: A joint that moves by more than this has a velocity [rad].
 MOVING_ANGLE = 1e-2
 
@@ -68,7 +71,7 @@ def measured_fields(columns: Columns, path: Path, remarks: list[str]) -> Fields:
     if has_velocity:
         needed.append(velocity)
     has_effort = _is_measured(effort, 'effort', remarks)
-    if has_effort and not np.nan_to_num(effort).any():
+    if has_effort and np.abs(np.nan_to_num(effort)).max() < NO_TORQUE:
         remarks.append('no torque is recorded: every effort is zero')
         has_effort = False
     elif has_effort:
