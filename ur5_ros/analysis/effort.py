@@ -320,25 +320,6 @@ def is_plausible_current(found: Hypothesis) -> bool:
     return middle > LEAST_FACTOR or middle < MOST_OF_MILLI or bool(alike and middle < 0.5)
 
 
-def words_of_factors(factors: Sequence[float]) -> tuple[str, str]:
-    """Return what an effort with these factors looks like, and the factors in words."""
-    known = np.array([each for each in factors if np.isfinite(each)])
-    if not len(known):
-        return MEANINGS['current'], 'no factors'
-    middle = float(np.median(known))
-    if len(known) > 2 and np.ptp(known) < FACTOR_SPREAD * abs(middle):
-        return 'joint torque in another unit', f'{middle:.4g} N m a unit at every joint'
-    if abs(middle) > LARGEST_DRIVE or MOST_OF_MILLI < abs(middle) < LEAST_FACTOR:
-        return ('joint torque in another unit', 'joints 1 to 6: ' + ', '.join(
-            '-' if np.isnan(each) else f'{each:.4g}' for each in factors) + ' N m a unit')
-    milli = abs(middle) < MOST_OF_MILLI
-    listed = ', '.join('-' if np.isnan(each) else f'{each * (1e3 if milli else 1.0):.4g}'
-                       for each in factors)
-    looks = MEANINGS['current'] + (' in mA' if milli else '') + (
-        ' with the other sign' if middle < 0.0 else '')
-    return looks, f'factors of joints 1 to 6: {listed} N m/A'
-
-
 def _is_constant(values: np.ndarray, share: float = CONSTANT) -> bool:
     spread, size = np.std(values, axis=0).max(), np.abs(values).max()
     return bool(spread <= share * size)

@@ -114,13 +114,13 @@ def test_an_arm_with_a_hand_is_named_and_its_arm_file_is_made_of_the_bag(recorde
     assert 'inverse dynamics' in [check.name for check in validate(run).checks]
 
 
-@pytest.mark.parametrize('urdf, says', [
+@pytest.mark.parametrize('urdf, reason', [
     ('', 'not XML'), ('<robot name="x"/>', '0 revolute joints'),
     ('<robot name="${x}"/>', 'a xacro file')])
 def test_a_description_of_another_kind_is_no_reason_to_refuse_a_stated_arm(
-        recorded, made, urdf, says):
+        recorded, made, urdf, reason):
     folder = recorded(arm_messages(made), urdf)
-    with pytest.raises(InputError, match=f'no arm is known; give one: --arm NAME.*{says}'):
+    with pytest.raises(InputError, match=f'no arm is known; give one: --arm NAME.*{reason}'):
         validate(load_run(folder))
     assert validate(load_run(folder, arm='ur5e')).verdict == 'pass'
 

@@ -216,13 +216,13 @@ def test_a_wrench_pushes_in_its_frame_and_an_unknown_frame_is_refused(ros):
 def test_a_wrench_that_no_robot_meets_is_refused_with_the_limit(ros, force):
     watcher = ros.observer()
     ros.start('sim')
-    told = watcher.hear(DiagnosticArray, '/ur5_sim/events')
+    reports = watcher.hear(DiagnosticArray, '/ur5_sim/events')
     message = WrenchStamped()
     message.wrench.force.y = force
     watcher.publisher(WrenchStamped, '/ur5_sim/external_wrench').publish(message)
-    wait_until(lambda: events(told, 'refused'), 'the refusal')
-    assert 'of at most 100000' in events(told, 'refused')[0]['reason']
-    assert not events(told, 'wrench')
+    wait_until(lambda: events(reports, 'refused'), 'the refusal')
+    assert 'of at most 100000' in events(reports, 'refused')[0]['reason']
+    assert not events(reports, 'wrench')
 
 
 def test_live_parameters_change_the_plant_and_the_rest_is_refused(ros):

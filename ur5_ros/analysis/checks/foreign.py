@@ -1,5 +1,6 @@
 """Checks of recordings that are not of this package's simulator: kinematics, effort, torque."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,8 +8,12 @@ import numpy as np
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.effort import (
     CLEARLY_BETTER,
+    FACTOR_SPREAD,
+    LARGEST_DRIVE,
     LARGEST_MISFIT,
+    LEAST_FACTOR,
     MEANINGS,
+    MOST_OF_MILLI,
     Hypothesis,
     best_meaning,
     drive_factors,
@@ -16,7 +21,6 @@ from ur5_ros.analysis.effort import (
     fitting_arms,
     has_geometry_of,
     known_arms,
-    words_of_factors,
 )
 from ur5_ros.analysis.effort_with_load import unlikely_meaning
 from ur5_ros.analysis.residual_blocks import BLOCK_TIME, sample_blocks
@@ -153,6 +157,25 @@ def _another_arm_fits(run: Run, best: Hypothesis) -> bool:
     return bool(fits) and min(fit.misfit for fit in fits) < 0.5 * best.misfit
 
 
+def _words_of_factors(factors: Sequence[float]) -> tuple[str, str]:
+    """Return what an effort with these factors looks like, and the factors in words."""
+    known = np.array([each for each in factors if np.isfinite(each)])
+    if not len(known):
+        return MEANINGS['current'], 'no factors'
+    middle = float(np.median(known))
+    if len(known) > 2 and np.ptp(known) < FACTOR_SPREAD * abs(middle):
+        return 'joint torque in another unit', f'{middle:.4g} N m a unit at every joint'
+    if abs(middle) > LARGEST_DRIVE or MOST_OF_MILLI < abs(middle) < LEAST_FACTOR:
+        return ('joint torque in another unit', 'joints 1 to 6: ' + ', '.join(
+            '-' if np.isnan(each) else f'{each:.4g}' for each in factors) + ' N m a unit')
+    milli = abs(middle) < MOST_OF_MILLI
+    listed = ', '.join('-' if np.isnan(each) else f'{each * (1e3 if milli else 1.0):.4g}'
+                       for each in factors)
+    looks = MEANINGS['current'] + (' in mA' if milli else '') + (
+        ' with the other sign' if middle < 0.0 else '')
+    return looks, f'factors of joints 1 to 6: {listed} N m/A'
+
+
 def _sentence(best: Hypothesis, total: Hypothesis) -> str:
     figures = f'{best.misfit:.2%} stays unexplained, as joint torque {total.misfit:.2%}'
     which = ', '.join(JOINT_NAMES[i] for i in best.joints)
@@ -166,7 +189,7 @@ def _sentence(best: Hypothesis, total: Hypothesis) -> str:
                 'order of their values')
     looks = best.words + (f' at {which}' if which else '')
     if best.meaning == 'current':
-        looks, factors = words_of_factors(best.factors)
+        looks, factors = _words_of_factors(best.factors)
         figures = f'{factors}, {figures}'
     if best.load:
         figures = f'with a load of {best.load:.3g} kg at the tool {figures}'
@@ -212,7 +235,7 @@ def _current_check(run: Run, marks: Marks) -> Check:
     rms = np.sqrt(np.mean((current - model)**2, axis=0))
     scale = np.sqrt(np.mean(current**2, axis=0)).max()
     joint = int(np.argmax(rms))
-    looks, shown = words_of_factors(factors.tolist())
+    looks, shown = _words_of_factors(factors.tolist())
     return judge(name, rms[joint] / scale if scale else np.nan, marks['residual_external'], '1',
                  f'{looks}, {shown}, friction fitted: {rms[joint] / scale:.2%} of the largest '
                  f"joint's stays unexplained at {JOINT_NAMES[joint]}"
