@@ -207,8 +207,8 @@ def checked_wrench(force: Sequence[float], torque: Sequence[float]) -> np.ndarra
         If there are not three of each, or one is not finite or beyond ``LARGEST_WRENCH``.
 
     """
-    wrench = np.array([force, torque], dtype=float)
-    if wrench.shape != (2, 3) or not (np.abs(wrench) <= LARGEST_WRENCH).all():  # or NaN
-        raise InputError(f'wrench {wrench.tolist()}; give three finite numbers each [N], [N m], '
-                         f'of at most {LARGEST_WRENCH:g}')
-    return wrench
+    parts = [np.asarray(part, dtype=float) for part in (force, torque)]
+    if any(part.shape != (3,) or not (np.abs(part) <= LARGEST_WRENCH).all() for part in parts):
+        raise InputError(f'wrench {[part.tolist() for part in parts]}; give three finite numbers '
+                         f'each [N], [N m], of at most {LARGEST_WRENCH:g}')
+    return np.array(parts)

@@ -216,7 +216,7 @@ def test_a_wrench_pushes_in_its_frame_and_an_unknown_frame_is_refused(ros):
 def test_a_wrench_that_no_robot_meets_is_refused_with_the_limit(ros, force):
     watcher = ros.observer()
     ros.start('sim')
-    reports = watcher.hear(DiagnosticArray, '/ur5_sim/events')
+    reports = watcher.subscribe(DiagnosticArray, '/ur5_sim/events')
     message = WrenchStamped()
     message.wrench.force.y = force
     watcher.publisher(WrenchStamped, '/ur5_sim/external_wrench').publish(message)
