@@ -14,12 +14,13 @@ from ur5_ros.model.kernels.compile_notice import on_compile
 
 _MODEL = 'ur5_ros.model.kernels'
 #: Module and kernel; what takes longest is first.
-#: These serve the demo, any verdict, also one that names a cause, and nodes without a world.
+#: These serve the demo, verdicts with and without a cause or friction, and nodes without a world.
 KERNELS = (
     (f'{_MODEL}.inverse_kinematics', 'solve'),
     ('ur5_ros.control.kernel', 'law'),
     (f'{_MODEL}.dynamics', 'inverse'),
     (f'{_MODEL}.kinematics', 'pose'),
+    (f'{_MODEL}.dynamics', 'terms'),
     (f'{_MODEL}.regressor', 'regressor'),
     (f'{_MODEL}.dynamics', 'inertia'),
     (f'{_MODEL}.kinematics', 'jacobian_rate'),
@@ -35,7 +36,6 @@ FURTHER_KERNELS = (
     ('ur5_ros.control.laws.impedance_kernel', 'impedance_torque'),
     ('ur5_ros.viewer.picture.ray_kernel', 'cast'),
     (f'{_MODEL}.forward_dynamics', 'forward'),
-    (f'{_MODEL}.dynamics', 'terms'),
 )
 
 
