@@ -72,16 +72,12 @@ class SimOutputs(Outputs):
 
     def state(self, state: ArmState) -> None:
         """Send a new state, the clock before it."""
-        self.state_bytes(encode_stamp(state.stamp), state.q.tobytes(), state.qd.tobytes(),
-                         state.effort.tobytes())
-
-    def state_bytes(self, stamp: bytes, q: bytes, qd: bytes, effort: bytes) -> None:
-        """Send a new state whose parts are CDR bytes already."""
-        write = self._recording.write
+        stamp, write = encode_stamp(state.stamp), self._recording.write
         if self._publish_clock is not None:
             self._last_clock = LITTLE_ENDIAN + stamp
             self._publish_clock(self._last_clock)
-        data = self._states.join(stamp, q, qd, effort)
+        data = self._states.join(stamp, state.q.tobytes(), state.qd.tobytes(),
+                                 state.effort.tobytes())
         self._publish_state(data)
         if self._publish_clock is not None:
             write(self._clock_id, self._last_clock)
