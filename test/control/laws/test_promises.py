@@ -3,6 +3,14 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from law_promises import (
+    base_values,
+    error_energy,
+    layer_width,
+    lyapunov,
+    remaining_disturbance,
+    steady_state_error,
+)
 from numpy.testing import assert_allclose
 from witnesses import pinocchio_model
 
@@ -11,17 +19,13 @@ from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.control.controller import Controller
 from ur5_ros.control.gains import gains_from
 from ur5_ros.control.laws.computed_torque_integral import ComputedTorqueIntegral
-from ur5_ros.control.laws.disturbance_observer import remaining_disturbance
 from ur5_ros.control.laws.law import model_terms
-from ur5_ros.control.laws.sliding_mode import layer_width
 from ur5_ros.control.laws.slotine_li import (
     SlotineLi,
     error_bandwidth,
-    error_energy,
     sliding_variable,
     square_root,
 )
-from ur5_ros.control.laws.steady_state import steady_state_error
 from ur5_ros.model.dynamics import dynamics_terms
 from ur5_ros.model.kinematics import jacobian
 from ur5_ros.signals import Reference
@@ -159,10 +163,10 @@ def adaptive_run(mode, duration=10.0, rate=1000, **control):
 def energy_and_loss(run, real, rate):
     """Return V at each state, and what -s'Ks has taken from it up to there in continuous time."""
     gains, law_arm, estimate = gains_of(STIFF), run.law.arm, run.law.estimate
-    values, losses = [], []
+    values, losses, true = [], [], base_values(run.law.arm, real)
     for state, answer, memory in zip(run.states, run.answers, run.memory, strict=True):
         run.law.estimate = memory
-        values.append(run.law.lyapunov(state, answer.reference, real))
+        values.append(lyapunov(run.law, true, state, answer.reference, real))
         s = sliding_variable(state, answer.reference, error_bandwidth(gains)).s
         root = square_root(gains.kd)
         losses.append(s @ root @ model_terms(state, law_arm)[0] @ root @ s / rate)

@@ -9,7 +9,6 @@ from ur5_ros.control.gains import Gains
 from ur5_ros.control.laws.law import model_terms, torque_of
 from ur5_ros.control.laws.slotine_li import (
     SlidingLaw,
-    error_energy,
     sliding_variable,
     square_root,
 )
@@ -74,16 +73,6 @@ class Adaptive(SlidingLaw):
         feedback = -self._root @ M @ (self._root @ s)
         return torque_of(inertial @ self.estimate + rotors, feedback, coriolis @ self.estimate,
                          gravity @ self.estimate)
-
-    def parameter_error(self, true_arm: ArmParameters) -> np.ndarray:
-        """Return by how much the estimate differs from the parameters of an arm, shape (b,)."""
-        return self.estimate - self._base.combination @ inertial_parameters(true_arm)
-
-    def lyapunov(self, state: ArmState, reference: Reference, true_arm: ArmParameters) -> float:
-        """Return V of the docstring for the arm as it is [J]; it never grows."""
-        error = self.parameter_error(true_arm)
-        return (error_energy(state, reference, true_arm, self.gains)
-                + float(0.5 * error @ (error / self.adaptation)))
 
     def _regressors(self, state: ArmState, v: np.ndarray, a: np.ndarray) -> tuple[
             np.ndarray, np.ndarray, np.ndarray]:

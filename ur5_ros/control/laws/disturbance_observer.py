@@ -7,16 +7,6 @@ from ur5_ros.control.momentum_observer import MomentumObserver
 from ur5_ros.signals import ArmState, Reference, Torque
 
 
-def remaining_disturbance(disturbance: np.ndarray, gain: float, time: float) -> np.ndarray:
-    """
-    Return what is left of a constant disturbance some time after it began [N m].
-
-    ``disturbance`` (6,): joint torque that the model lacks [N m]; ``gain``: ``observer_gain``
-    [1/s]; ``time``: since it began [s].
-    """
-    return disturbance * np.exp(-gain * time)
-
-
 class DisturbanceObserver(Law):
     r"""
     :math:`\tau = \tau_{law} - \hat d`, with d from the generalised momentum p = M qd.

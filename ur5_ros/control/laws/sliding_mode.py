@@ -10,23 +10,6 @@ from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
 
 
-def layer_width(gains: Gains, boundary_layer: np.ndarray,
-                disturbance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    r"""
-    Return the bounds of :math:`|s|` [rad/s] and :math:`|e|` [rad] that the law promises.
-
-    Inside the layer :math:`\dot s = -K_D s + d`, so that :math:`|s_i| \le D_i / k_i` once what
-    was at the start has died out, and :math:`|e_i| \le |s_i| / \lambda_i`.
-
-    ``boundary_layer`` (6,): phi [rad/s]; ``disturbance`` (6,): largest |d| = |M^-1 (torque that
-    the model lacks)| [rad/s^2].  Returned: infinite where the disturbance exceeds what the law
-    pushes with, KD Phi, (6,), (6,).
-    """
-    kp, kd = np.diag(gains.kp), np.diag(gains.kd)
-    s = np.where(disturbance < kd * boundary_layer, disturbance / kd, np.inf)
-    return s, s * kd / kp
-
-
 class SlidingMode(SlidingLaw):
     r"""
     :math:`\tau = M (a - K_D \Phi\,\mathrm{sat}(s / \Phi)) + C \dot q + g`.

@@ -56,18 +56,6 @@ def square_root(matrix: np.ndarray) -> np.ndarray:
     return (vectors * np.sqrt(values)) @ vectors.T
 
 
-def error_energy(state: ArmState, reference: Reference, arm: ArmParameters,
-                 gains: Gains) -> float:
-    r"""
-    Return :math:`V = \frac12 s^T M s` [J], which the law makes fall.
-
-    With an exact model :math:`\dot V = -s^T K s`, K = KD^1/2 M KD^1/2: for KD = k I, V(t) = V(0)
-    exp(-2 k t).
-    """
-    s = sliding_variable(state, reference, error_bandwidth(gains)).s
-    return float(0.5 * s @ model_terms(state, arm)[0] @ s)
-
-
 class SlotineLi(SlidingLaw):
     r"""
     :math:`\tau = M a + C v + g - K s`, K = KD^1/2 M KD^1/2.
