@@ -12,10 +12,11 @@ import pytest
 
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
-from ur5_ros.model.dynamics import dynamics_terms
+from ur5_ros.model.dynamics import dynamics_terms, forward_dynamics
 from ur5_ros.model.kinematics import link_transforms
 from ur5_ros.model.parameters import with_payload
 from ur5_ros.signals import JOINT_NAMES
+from ur5_ros.sim.plant import Plant
 from ur5_ros.sim.urdf import LINK_NAMES, urdf_text
 
 FRAMES = {'base_link', 'base', 'shoulder_link', 'upper_arm_link', 'forearm_link', 'wrist_1_link',
@@ -158,3 +159,20 @@ def test_limits_are_those_of_the_record_and_open_ones_make_a_continuous_joint():
         else:
             assert float(limit.get('upper')) == limits.upper[i]
     assert joints['wrist_3_joint'].get('type') == 'continuous'
+
+
+@pytest.mark.parametrize('over', [0.0, 1e-15, 1e-9])
+@pytest.mark.parametrize('seed', range(3))
+def test_a_flat_body_keeps_its_tensor_in_the_simulator(seed, over):
+    random = np.random.default_rng(seed)
+    a, b = random.uniform(1e-3, 1e-2, 2)
+    turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
+    arm, rate = load_arm('ur5e'), 1000
+    inertia = arm.inertia.copy()
+    inertia[2] = turn @ np.diag([a, b, (a + b) * (1.0 + over)]) @ turn.T
+    arm = replace(arm, inertia=0.5 * (inertia + inertia.transpose(0, 2, 1)))
+    plant = Plant(arm, {'control_rate': rate, 'physics_rate': rate})
+    state, torque = plant.state, np.array([20.0, -15.0, 10.0, 3.0, 2.0, 1.0])
+    qdd = (plant.step(torque.tolist()).qd - state.qd) * rate
+    plant.close()
+    np.testing.assert_allclose(qdd, forward_dynamics(state.q, state.qd, torque, arm), atol=1e-5)

@@ -125,8 +125,23 @@ def link_bodies(arm: ArmParameters) -> list[tuple[float, tuple, tuple, np.ndarra
             moments, axes = np.linalg.eigh((tensor + tensor.T) / 2)
             axes = axes * [1.0, 1.0, np.sign(np.linalg.det(axes))]  # right-handed
         bodies.append((float(mass), tuple(_snap(x) for x in centre), _roll_pitch_yaw(axes),
-                       moments))
+                       _of_a_body(moments)))
     return bodies
+
+
+def _of_a_body(moments: np.ndarray) -> np.ndarray:
+    """
+    Return principal moments of which rounding makes none larger than the sum of the others.
+
+    Of a flat body it does; PyBullet would then take all three for zero.
+    """
+    largest = int(np.argmax(moments))
+    most = float(np.nextafter(moments.sum() - moments[largest], 0.0))
+    if moments[largest] <= most:
+        return moments
+    moments = moments.copy()
+    moments[largest] = most
+    return moments
 
 
 def _link(name: str, mass: float, xyz: tuple, rpy: tuple, moments: np.ndarray,
