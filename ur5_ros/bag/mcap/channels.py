@@ -76,27 +76,27 @@ def _refuse_other_fields(where: str, type_name: str, known: Definitions,
     """
     Raise BagError where a schema gives a type other fields than ROS 2 does.
 
-    More fields and bounds do no harm; of a type in ``OPTIONAL`` numbers may be of another kind,
-    and fields may be missing.
+    More fields and bounds do no harm; of a type in ``NUMBERS`` its numbers may be of another kind,
+    and all but the first may be missing.
     """
     for name, fields in known.items():
         theirs = {field.name: field for field in found.get(name, ())}
-        optional = OPTIONAL.get(name, ()) if name == type_name else ()
+        numbers_of = NUMBERS.get(name, ()) if name == type_name else ()
         for field in fields:
             other = theirs.get(field.name)
-            numbers = other is not None and field.name in optional and (
+            numbers = other is not None and field.name in numbers_of and (
                 PRIMITIVES.get(other.base) is not None)
             same = other is not None and other.nested == field.nested and (
                 bool(other.array) == bool(field.array)) and (numbers or other.base == field.base)
-            if not same and (other is not None or field.name not in optional):
+            if not same and (other is not None or field.name not in numbers_of[1:]):
                 is_ = 'missing' if other is None else f'{other.base}{"[]" if other.array else ""}'
                 raise BagError(f'{where} is defined otherwise than in ROS 2: its field '
                                f"{field.name} is {is_}; record it with ROS 2's own definition: "
                                'ros2 bag record')
 
 
-#: Type -> fields of numbers that a schema may leave out.
-OPTIONAL = {'sensor_msgs/msg/JointState': ('position', 'velocity', 'effort')}
+#: Type -> its fields of numbers; a schema may leave out all but the first.
+NUMBERS = {'sensor_msgs/msg/JointState': ('position', 'velocity', 'effort')}
 
 #: Encoding of messages -> the way to one that is read.
 _WAYS_OUT = {
