@@ -42,6 +42,9 @@ UNSURE_SHARE = 0.3
 #: Share of an effort left unexplained from which on an arm explains nothing of it.
 NOTHING_EXPLAINED = 1.0
 
+#: Another arm that leaves at most this many times what motor current leaves is the likelier one.
+AS_GOOD = 1.2
+
 NO_TORQUE = 'no torque is recorded'
 
 
@@ -154,7 +157,8 @@ def _total(found: list[Hypothesis]) -> Hypothesis:
 def _another_arm_fits(run: Run, best: Hypothesis) -> bool:
     """Return whether the effort is joint torque of another known arm, and that fits better."""
     fits = fitting_arms(run)
-    return bool(fits) and min(fit.misfit for fit in fits) < 0.5 * best.misfit
+    share = AS_GOOD if best.meaning == 'current' else 0.5  # which has a factor a joint to fit with
+    return bool(fits) and min(fit.misfit for fit in fits) < share * best.misfit
 
 
 def _words_of_factors(factors: Sequence[float]) -> tuple[str, str]:

@@ -1,7 +1,7 @@
 """Causes in the plant: another arm, payload, friction, rotor inertia, gravity; fitted."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from ur5_ros.analysis.diagnosis.selection import (
     choose,
     with_confounders,
 )
+from ur5_ros.analysis.diagnosis.selection import fit as fit_causes
 from ur5_ros.analysis.diagnosis.sentences import sentences_of, unexplained
 from ur5_ros.analysis.residual_blocks import (
     SLOW_MEASURED,
@@ -66,7 +67,7 @@ SEEN = 4.0
 WELL, MUCH_BETTER = 2.0, 0.2
 
 #: Times that a load is fitted anew under the gravity that was found beside it.
-GRAVITY_PASSES = 3
+GRAVITY_PASSES = 5
 
 #: How far a real robot's gravity may be from none, the arm's own, or twice that, as a share.
 GRAVITY_TOLERANCE = 0.02
@@ -124,6 +125,9 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
             break
         causes = _load_under(fit, causes, samples)
         fit, causes, velocity = _choose(samples, causes, least)
+    together = _gravity_with_load(causes, samples)
+    if together is not None and together.left < MUCH_BETTER * fit.left:
+        fit, causes, velocity = _choose(samples, together.causes, least)
     if run.sim is None and not _is_gravity_possible(fit, causes):
         causes = causes._replace(units={name: unit for name, unit in causes.units.items()
                                         if name != 'gravity'})
@@ -155,6 +159,27 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     if samples.exact and (stiction := _stiction(samples, fit, causes)):
         found = [*(cause for cause in found if cause['kind'] != 'unexplained'), stiction]
     return found
+
+
+class _Together(NamedTuple):
+    """Gravity and a load fitted together."""
+
+    left: float
+    causes: Causes
+    """With the load under that gravity."""
+
+
+def _gravity_with_load(causes: Causes, samples: SampleBlocks) -> _Together | None:
+    """Return gravity and a load fitted together: the torque is a product of both."""
+    if not {'gravity', 'payload'} <= set(causes.units):
+        return None
+    names, found = ('gravity', 'payload'), causes
+    for _ in range(GRAVITY_PASSES):
+        both = fit_causes(found, names)
+        if not np.isfinite(both.left):
+            return None
+        found = _load_under(both, found, samples)
+    return _Together(fit_causes(found, names).left, found)
 
 
 def _load_under(fit: Fit, causes: Causes, samples: SampleBlocks) -> Causes:
