@@ -61,13 +61,23 @@ def test_identify_refuses_an_effort_that_is_no_torque_and_names_the_option(ur5, 
 @pytest.mark.parametrize('spoil, arm, reason', [
     (lambda made: made.effort, 'ur10', 'ur5e fits, with 0.00%: give --arm ur5e'),
     (lambda made: made.qd, 'ur5e', 'none of the known arms fits'),
-    (lambda made: made.effort[:, [2, 1, 0, 3, 4, 5]], 'ur5e', 'none of the known arms fits')])
+    (lambda made: made.effort[:, [2, 1, 0, 4, 5, 3]], 'ur5e', 'none of the known arms fits')])
 def test_identify_refuses_what_is_no_torque_of_the_arm(ur5, tmp_path, spoil, arm, reason):
     made = motion()
     write_bag(tmp_path / 'other', {'/joint_states': arm_messages(made.with_(effort=spoil(made)))})
     refused = ur5('identify', 'other', '--arm', arm, '-o', 'found.yaml')
     assert refused.code == 2 and f'no torque of arm {arm}' in refused.err and reason in refused.err
     assert refused.err.count('\n') == 1 and not (tmp_path / 'found.yaml').exists()
+
+
+def test_identify_refuses_efforts_of_other_joints_and_names_them(ur5, tmp_path):
+    made = motion()
+    write_bag(tmp_path / 'other', {'/joint_states': arm_messages(made.with_(
+        effort=made.effort[:, [2, 1, 0, 3, 4, 5]]))})
+    refused = ur5('identify', 'other', '--arm', 'ur5e', '-o', 'found.yaml')
+    assert refused.code == 2 and refused.err.count('\n') == 1
+    assert 'exchanged: shoulder_pan_joint, elbow_joint' in refused.err
+    assert not (tmp_path / 'found.yaml').exists()
 
 
 def test_identify_refuses_velocities_that_are_not_those_of_the_positions(ur5, tmp_path):
