@@ -786,3 +786,14 @@ def test_commands_at_a_lower_rate_than_the_states_act_on_and_are_no_measurement(
     assert result.verdict == 'pass'
     assert 'at their own rate' in result.check('pairing').sentence
     assert 'a robot measures its torque' in result.check('command acts').sentence
+
+
+@pytest.mark.parametrize('noise', [1e-3, 3e-3])
+def test_noise_of_joints_that_hardly_move_is_no_error_of_their_velocities(judged, noise):
+    made = motion(n=2000)
+    small = made.with_(q=made.q[0] + 0.01 * (made.q - made.q[0]), qd=0.01 * made.qd)
+    random = np.random.default_rng(8)
+    result = judged(arm_messages(small.with_(
+        q=small.q + random.normal(0.0, 0.05 * noise, small.q.shape),
+        qd=small.qd + random.normal(0.0, noise, small.q.shape), effort=gravity(small))))
+    assert result.check('kinematics').verdict == 'pass' and not result.causes

@@ -86,3 +86,11 @@ def test_a_joint_that_stands_still_under_a_torque_is_named_and_no_cause_of_it(ju
     assert [cause['kind'] for cause in result.causes] == ['unexplained']
     assert 'joints that stand still' in result.causes[0]['sentence']
     assert list(result.causes[0]['joints']) == ['shoulder_lift_joint']
+
+
+def test_a_small_arm_judged_as_a_large_one_has_no_torque_factors(judged):
+    made = motion('ur3')
+    friction = 2.0 * np.sign(made.qd)
+    kinds = [cause['kind'] for cause in judged(
+        made.with_(effort=made.effort + friction), 0.05, arm='ur20').causes]
+    assert kinds[0] in ('wrong arm', 'effort meaning') and 'torque factor' not in kinds

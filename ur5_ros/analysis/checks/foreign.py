@@ -36,6 +36,9 @@ AT_REST, LITTLE_MOTION = 1e-3, 0.1
 #: at rates below the second [Hz].
 COARSE, SLOW_RATE = 1.0, 20.0
 
+#: Positions and velocities that differ by less than this many times their noise are the same.
+NOISES = 3.0
+
 #: Share of the mark, and of another misfit, above which a meaning is looked for further.
 UNSURE_SHARE = 0.3
 
@@ -68,12 +71,22 @@ def kinematics_check(run: Run, marks: Marks) -> Check:
     error = np.sqrt(np.mean((step - integral)**2, axis=0))
     if sentence := _too_coarse(run):
         return not_applicable(name, sentence)
+    error = np.where(error > NOISES * _noise(run, size), error, 0.0)
     share = error / np.maximum(motion, LITTLE_MOTION * motion.max())
     joint = int(np.argmax(share))
     return judge(name, share[joint], marks['kinematics'], '1',
                  f'positions and integrated velocities differ by {share[joint]:.2%} of the motion '
                  f'(worst: {JOINT_NAMES[joint]}){_in_degrees(step, integral)}',
                  joint=JOINT_NAMES[joint])
+
+
+def _noise(run: Run, size: int) -> np.ndarray:
+    """Return what noise makes of a position less an integrated velocity over a block, (6,)."""
+    position, velocity = (np.sqrt(np.mean(np.diff(each, 2, axis=0)**2, axis=0) / 6.0)
+                          if len(each) > 2 else np.zeros(6)
+                          for each in (run.states.q, run.states.qd))
+    noise: np.ndarray = np.hypot(np.sqrt(2.0) * position, np.sqrt(size) * run.h * velocity)
+    return noise
 
 
 def _too_coarse(run: Run) -> str:

@@ -9,6 +9,9 @@ OFFSET, FACTOR, DELAY = 'torque offset', 'torque factor', 'torque delay'
 #: Every one of them: they explain an effort, not a motion.
 MEASUREMENT = (OFFSET, FACTOR, DELAY)
 
+#: Factors that torque constants can be off by; beyond them the effort is something else.
+LEAST, MOST_TIMES = 0.5, 2.0
+
 #: Longest delay that is named [s].
 LONGEST = 0.2
 
@@ -36,5 +39,5 @@ def measurement_units(samples: SampleBlocks, torque: np.ndarray,
 def is_possible(name: str, value: np.ndarray) -> bool:
     """Return whether a measurement can be so."""
     if name == FACTOR:
-        return bool((value > -1.0).all())
+        return bool((1.0 + value > LEAST).all() and (1.0 + value < MOST_TIMES).all())
     return name != DELAY or 0.0 < float(value[0]) < LONGEST

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.analysis.diagnosis.differences import differences
-from ur5_ros.analysis.diagnosis.selection import Causes, Fit, choose
+from ur5_ros.analysis.diagnosis.selection import Causes, Fit, choose, fit
 from ur5_ros.analysis.residual_blocks import SampleBlocks
 from ur5_ros.config import list_arms, load_arm
 from ur5_ros.model.dynamics import inverse_dynamics
@@ -51,15 +51,14 @@ def best_arm_with_friction(samples: SampleBlocks, arm: ArmParameters, causes: Ca
     """Return the known arm that leaves least unexplained where friction is fitted beside it."""
     total = _power(causes.torque, causes.weight)
     units = {name: causes.units[name] for name in BESIDE if name in causes.units}
-    found = OtherArm('', np.inf)
+    found, theirs = OtherArm('', np.inf), causes
     for name, other in named_arms().items():
         missing = _missing(samples, arm, other)
-        theirs = causes._replace(torque=missing, units=units)
-        fit = choose(theirs, least)
-        left = fit.left * _power(missing, causes.weight) / total
+        trial = causes._replace(torque=missing, units=units)
+        left = fit(trial, tuple(units)).left * _power(missing, causes.weight) / total
         if left < found.left:
-            found = OtherArm(name, left, fit, theirs)
-    return found
+            found, theirs = OtherArm(name, left), trial
+    return found._replace(beside=choose(theirs, least), causes=theirs)
 
 
 def arm_cause(name: str, arm: ArmParameters, share: float, samples: SampleBlocks,

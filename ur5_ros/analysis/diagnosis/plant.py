@@ -139,7 +139,7 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     if other and not explained and (left < least or left < 0.1 and fit.left > ROUNDING and (
             left < 0.5 * fit.left or left < 1.05 * fit.left and len(fit.names) > 2)):
         return [arm_cause(other, arm, 1.0 - left, samples, causes.weight)]
-    if not rests and len(fit.names) > 1 and (fit.left > WELL * least or len(fit.names) > 2):
+    if not rests and (fit.left > WELL * least or len(fit.names) > 2):
         with_friction = best_arm_with_friction(samples, arm, causes, least)
         if with_friction.left < MUCH_BETTER * fit.left and with_friction.beside is not None:
             return [arm_cause(with_friction.name, arm, 1.0 - with_friction.left, samples,

@@ -21,6 +21,9 @@ VAGUE_CENTRE = 0.05
 #: A factor of efforts that differs from one by less is none; factors that differ by less are one.
 NEAR_ONE, ALIKE = 1e-3, 0.01
 
+#: Confounders from which on a cause of no certain size is not named.
+MANY = 3
+
 _UNITS = {'viscous friction': 'N m s/rad', 'Coulomb friction': 'N m', 'armature': 'kg m^2',
           'load-dependent friction': '1', 'Stribeck friction': 'N m'}
 
@@ -46,6 +49,9 @@ def sentences_of(fit: Fit, causes: Causes) -> list[dict[str, Any]]:
             cause = _measurement(name, value, error)
         else:
             cause = _per_joint(name, value, error)
+        if cause.get('determined') is False and len(fit.confounders) >= MANY:
+            found.append(_undetermined(name, share, fit))
+            continue
         cause = {'share': share, **cause}
         if fit.confounders:
             cause['rivals'] = list(fit.confounders)
