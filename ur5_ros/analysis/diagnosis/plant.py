@@ -141,7 +141,7 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
         return [arm_cause(other, arm, 1.0 - left, samples, causes.weight)]
     if not rests and (fit.left > WELL * least or len(fit.names) > 2):
         with_friction = best_arm_with_friction(samples, arm, causes, least)
-        if with_friction.left < MUCH_BETTER * fit.left and with_friction.beside is not None:
+        if with_friction.left < MUCH_BETTER * min(fit.left, 0.5) and with_friction.beside:
             return [arm_cause(with_friction.name, arm, 1.0 - with_friction.left, samples,
                               causes.weight),
                     *sentences_of(with_friction.beside, with_friction.causes or causes)]
