@@ -407,7 +407,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
         sweep.wait()
     assert sweep.returncode == 130, (out, err)
     assert 'Traceback' not in err
-    assert 'of 800 runs are done; the same command continues' in out
+    assert 'of 800 runs done; the same command continues' in out
     done = SweepFolder(tmp_path / 'sweeps' / 'trial', spec_of(file.read_text())).done()
     assert 0 < len(done) < 800
     assert json.loads((parts.parent / 'sweep.json').read_text())['name'] == 'trial'
