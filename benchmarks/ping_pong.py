@@ -37,6 +37,8 @@ NAMES = ['shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_jo
 WARM_UP = 200
 #: A message of a ping-pong that has not come back after this wall time is lost [s].
 TRIP_TIMEOUT = 0.2
+#: Both sides have to find each other, and the other one has to end, within this wall time [s].
+PEER_TIMEOUT = 20.0
 #: Round trips that may be lost before the reference means nothing.
 MAX_LOST = 100
 
@@ -126,7 +128,11 @@ def ping(node: Node, how: str, trips: int) -> tuple[list[float], int]:
             publisher.publish(data)
             return taker.take() is not None
 
+    limit = time.perf_counter() + PEER_TIMEOUT
     while not (publisher.get_subscription_count() and node.count_publishers('pong')):
+        if time.perf_counter() > limit:
+            raise SystemExit(f'ping and pong did not find each other in {PEER_TIMEOUT:g} s; '
+                             'run it again')
         time.sleep(0.01)
     lost = 0
     for index in range(WARM_UP + trips):
@@ -202,7 +208,11 @@ def main() -> None:
         times, lost = ping(node, options.how, options.trips)
     finally:
         other.terminate()
-        other.wait()
+        try:
+            other.wait(PEER_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            other.kill()
+            other.wait()
     times.sort()
     print(json.dumps({'per_second': len(times) / sum(times), 'p50': statistics.median(times),
                       'p99': times[int(0.99 * len(times))], 'answered': len(times),
