@@ -20,14 +20,12 @@ MACHINE = ('egui_wgpu', 're_renderer')
 
 
 @pytest.fixture(scope='module')
-def viewer():
+def viewer(tmp_path_factory):
     from rerun.experimental import ViewerClient
-    path = os.environ['PATH']
-    os.environ['PATH'] = f'{Path(sys.executable).parent}{os.pathsep}{path}'
-    try:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('PATH', str(Path(sys.executable).parent), prepend=os.pathsep)
+        patch.setenv('TMPDIR', str(tmp_path_factory.mktemp('rerun')))  # it leaves a folder there
         viewer = ViewerClient.spawn(headless=True, port=18391, hide_welcome_screen=True)
-    finally:
-        os.environ['PATH'] = path
     yield viewer
     viewer.quit()
 
