@@ -27,11 +27,6 @@ from ur5_ros.signals import JOINT_NAMES
 STATES = '/joint_states'
 
 
-@pytest.fixture(scope='module')
-def made():
-    return motion()
-
-
 @pytest.fixture
 def judged(tmp_path):
     """Return a function that writes topics as a bag and judges it as arm ur5e."""

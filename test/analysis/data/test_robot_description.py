@@ -18,11 +18,6 @@ from ur5_ros.sim.urdf import urdf_text
 TEXT = 'std_msgs/msg/String'
 
 
-@pytest.fixture(scope='module')
-def made():
-    return motion()
-
-
 @pytest.fixture
 def recorded(tmp_path):
     """Return a function that writes joint states and a robot description as a bag."""

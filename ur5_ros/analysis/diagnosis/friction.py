@@ -96,7 +96,7 @@ def standing_joints(samples: SampleBlocks, fit: Fit, causes: Causes) -> dict[str
     There friction at rest, a load and an offset look alike, so that none of them is named.
     """
     if not fit.determined.all():
-        return None  # what was found tells nothing of them
+        return None  # the fit leaves them open
     torque = causes.torque.copy()
     for name in fit.names:
         torque -= causes.units[name] @ fit.value[fit.part(name, causes)]

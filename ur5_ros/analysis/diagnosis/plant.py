@@ -1,7 +1,7 @@
 """Causes in the plant: another arm, payload, friction, rotor inertia, gravity; fitted."""
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +12,12 @@ from ur5_ros.analysis.diagnosis.friction import (
     standing_joints,
     stiction_cause,
     stribeck_velocity,
+)
+from ur5_ros.analysis.diagnosis.gravity import (
+    GRAVITY_PASSES,
+    gravity_with_load,
+    is_gravity_possible,
+    load_under,
 )
 from ur5_ros.analysis.diagnosis.link_body import link_torque, link_units
 from ur5_ros.analysis.diagnosis.measurement import measurement_units
@@ -24,7 +30,6 @@ from ur5_ros.analysis.diagnosis.selection import (
     choose,
     with_confounders,
 )
-from ur5_ros.analysis.diagnosis.selection import fit as fit_causes
 from ur5_ros.analysis.diagnosis.sentences import sentences_of, unexplained
 from ur5_ros.analysis.residual_blocks import (
     SLOW_MEASURED,
@@ -65,15 +70,6 @@ SEEN = 4.0
 #: Where causes leave so many times more than one must explain, an arm with friction beside it
 #: counts that leaves less than this share of that.
 WELL, MUCH_BETTER = 2.0, 0.2
-
-#: Times that a load is fitted anew under the gravity that was found beside it.
-GRAVITY_PASSES = 5
-
-#: How far a real robot's gravity may be from none, the arm's own, or twice that, as a share.
-GRAVITY_TOLERANCE = 0.02
-
-#: Less than this is another gravity by rounding: its turn [rad], and the change of its size.
-TURNED, CHANGED = np.radians(1.0), 5e-4
 
 #: Kinds of friction that are the same torque as long as a joint turns one way.
 ONE_WAY_FRICTION = ('Coulomb friction', 'load-dependent friction', 'Stribeck friction')
@@ -123,12 +119,12 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     for _ in range(GRAVITY_PASSES):
         if 'gravity' not in fit.names or 'payload' not in causes.units:
             break
-        causes = _load_under(fit, causes, samples)
+        causes = load_under(fit, causes, samples)
         fit, causes, velocity = _choose(samples, causes, least)
-    together = _gravity_with_load(causes, samples)
+    together = gravity_with_load(causes, samples)
     if together is not None and together.left < MUCH_BETTER * fit.left:
         fit, causes, velocity = _choose(samples, together.causes, least)
-    if run.sim is None and not _is_gravity_possible(fit, causes):
+    if run.sim is None and not is_gravity_possible(fit, causes):
         causes = causes._replace(units={name: unit for name, unit in causes.units.items()
                                         if name != 'gravity'})
         fit, causes, velocity = _choose(samples, causes, least)
@@ -159,47 +155,6 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     if samples.exact and (stiction := _stiction(samples, fit, causes)):
         found = [*(cause for cause in found if cause['kind'] != 'unexplained'), stiction]
     return found
-
-
-class _Together(NamedTuple):
-    """Gravity and a load fitted together."""
-
-    left: float
-    causes: Causes
-    """With the load under that gravity."""
-
-
-def _gravity_with_load(causes: Causes, samples: SampleBlocks) -> _Together | None:
-    """Return gravity and a load fitted together: the torque is a product of both."""
-    if not {'gravity', 'payload'} <= set(causes.units):
-        return None
-    names, found = ('gravity', 'payload'), causes
-    for _ in range(GRAVITY_PASSES):
-        both = fit_causes(found, names)
-        if not np.isfinite(both.left):
-            return None
-        found = _load_under(both, found, samples)
-    return _Together(fit_causes(found, names).left, found)
-
-
-def _load_under(fit: Fit, causes: Causes, samples: SampleBlocks) -> Causes:
-    """Return the causes with a load that weighs what the gravity of a fit makes of it."""
-    gravity = causes.arm.gravity + fit.value[fit.part('gravity', causes)]
-    load = unit_torques(samples, replace(causes.arm, gravity=gravity))['payload']
-    return causes._replace(units={**causes.units, 'payload': load})
-
-
-def _is_gravity_possible(fit: Fit, causes: Causes) -> bool:
-    """Return whether a gravity among the causes is one that a real robot can have or count."""
-    if 'gravity' not in fit.names:
-        return True
-    gravity = causes.arm.gravity
-    found = gravity + fit.value[fit.part('gravity', causes)]
-    own, size = float(np.linalg.norm(gravity)), float(np.linalg.norm(found))
-    if min(abs(size / own - known) for known in (0.0, 1.0, 2.0)) >= GRAVITY_TOLERANCE:
-        return False
-    cosine = float(found @ gravity) / max(size * own, 1e-300)
-    return cosine < np.cos(TURNED) or (abs(size / own - 1.0) > CHANGED and len(fit.names) == 1)
 
 
 def _with_one_way(cause: dict[str, Any], samples: SampleBlocks) -> dict[str, Any]:
