@@ -41,7 +41,7 @@ _SHARED = (
               "bytes, or rclpy's executor on message objects; both give the same bits.",
               choices=('wait_set', 'executor')),
     Parameter('realtime_priority', 0, 'Priority of the loop under SCHED_FIFO, with its memory '
-              'locked, for paced runs; 0 = ordinary scheduling.', 0, 99),
+              'locked and cores kept awake, for paced runs; 0 = ordinary scheduling.', 0, 99),
 )
 
 SIM_PARAMETERS = (

@@ -1,10 +1,13 @@
 """Real-time scheduling is for the loop and what it waits for; without the right a node runs on."""
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from ur5_ros.nodes.ros.realtime import CORE_LATENCY
 
 WITHOUT_RIGHTS = """
 import resource, sys
@@ -16,6 +19,19 @@ assert libc.prctl(PR_CAPBSET_DROP, CAP_SYS_NICE, 0, 0, 0) == 0
 import os
 os.execv(sys.executable, [sys.executable, '-m', 'ur5_ros.nodes.sim_node', *sys.argv[1:]])
 """
+
+WITHOUT_THE_DEVICE = """
+from pathlib import Path
+from rclpy.logging import get_logger
+from ur5_ros.nodes.ros import realtime
+realtime.CORE_LATENCY = Path('/dev/no_such_device')
+realtime.use_realtime(1, get_logger('node'))
+"""
+
+
+def longest_waking() -> int:
+    """Return how long a core may take to wake [us], as the kernel has it now."""
+    return int.from_bytes(CORE_LATENCY.read_bytes(), sys.byteorder)
 
 
 def priorities(pid):
@@ -68,3 +84,22 @@ def test_without_the_right_one_line_names_the_way_and_the_node_runs(ros):
     lines = [line for line in process.text.splitlines() if 'realtime_priority 20' in line]
     assert len(lines) == 1 and 'rtprio' in lines[0] and 'limits.conf' in lines[0]
     assert process.stop() == 0, process.text
+
+
+@pytest.mark.skipif(not os.access(CORE_LATENCY, os.W_OK), reason='cores may not be kept awake here')
+def test_cores_are_kept_awake_while_a_node_has_a_priority_and_no_longer(ros):
+    before = longest_waking()
+    process = ros.start('sim', realtime_priority=20, bag='')
+    process.wait_for_line('runs with real-time priority 20')
+    assert longest_waking() == 0 < before
+    assert process.stop() == 0, process.text
+    assert longest_waking() == before
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='only root may give real-time priorities here')
+def test_where_cores_cannot_be_kept_awake_the_line_says_so():
+    done = subprocess.run([sys.executable, '-c', WITHOUT_THE_DEVICE], text=True,
+                          capture_output=True, timeout=60)
+    assert done.returncode == 0
+    assert ('real-time priority 1; cores may sleep between periods (/dev/no_such_device: '
+            'No such file or directory)') in done.stderr
