@@ -86,7 +86,7 @@ def test_without_the_right_one_line_names_the_way_and_the_node_runs(ros):
     assert process.stop() == 0, process.text
 
 
-@pytest.mark.skipif(not os.access(CORE_LATENCY, os.W_OK), reason='cores may not be kept awake here')
+@pytest.mark.skipif(not os.access(CORE_LATENCY, os.W_OK), reason='no right to keep cores awake')
 def test_cores_are_kept_awake_while_a_node_has_a_priority_and_no_longer(ros):
     before = longest_waking()
     process = ros.start('sim', realtime_priority=20, bag='')
