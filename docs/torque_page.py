@@ -16,8 +16,10 @@ LABELS = {'ideal': 'ideal', 'robot': 'as the robot is', 'warm': 'warm robot',
 
 def drawing(title: str, unit: str, curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> str:
     """Return curves over time [s] as an SVG picture."""
-    low = min(float(y.min()) for _, y in curves.values())
-    high = max(float(y.max()) for _, y in curves.values())
+    low, high = (float(edge([edge(y) for _, y in curves.values()])) for edge in (np.min, np.max))
+    step = next(size for size in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5) if (high - low) / size <= 5.0)
+    ticks = step * np.arange(np.floor(low / step + 1e-6), np.ceil(high / step) + 1)
+    low, high = float(ticks[0]), float(ticks[-1])
     end = max(float(t[-1]) for t, _ in curves.values())
 
     def x(t):
@@ -30,7 +32,7 @@ def drawing(title: str, unit: str, curves: dict[str, tuple[np.ndarray, np.ndarra
              'font-family="sans-serif" font-size="12">',
              f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
              f'<text x="{MARGIN}" y="18" font-weight="bold">{title}</text>']
-    for value in (low, 0.5 * (low + high), high):
+    for value in ticks:
         lines += [f'<line x1="{MARGIN}" x2="{WIDTH - MARGIN}" y1="{y(value):.1f}" '
                   f'y2="{y(value):.1f}" stroke="#dddddd"/>',
                   f'<text x="{MARGIN - 4}" y="{y(value) + 4:.1f}" text-anchor="end">'
@@ -49,14 +51,14 @@ def drawing(title: str, unit: str, curves: dict[str, tuple[np.ndarray, np.ndarra
 
 
 def main(folder: Path) -> None:
-    """Draw the elbow's way and the pan's speed."""
+    """Draw the motion of the elbow and the speed of the pan."""
     runs = {name: load_run(folder / name) for name in LABELS}
     way = {name: (run.t[::10], (run.exact.q[:, 2] - run.exact.q[0, 2])[::10])
            for name, run in runs.items() if name != 'warm'}
     speed = {name: (run.t[::10], run.exact.qd[::10, 0]) for name, run in runs.items()
              if name != 'ideal'}
     (HERE / 'pictures' / 'torque_dead_zone.svg').write_text(
-        drawing('Dead zone: the elbow under a small wave of torque', 'rad', way))
+        drawing('Dead zone: the elbow under a small torque', 'rad', way))
     (HERE / 'pictures' / 'torque_vibration.svg').write_text(
         drawing('Vibration: the shoulder pan after a step aside', 'rad/s', speed))
 

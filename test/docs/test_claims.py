@@ -14,6 +14,7 @@ import pytest
 from ur5_ros.analysis.validate import validate
 from ur5_ros.bench.perturbations import friction
 from ur5_ros.config import load_arm
+from ur5_ros.config.parameters import HOME
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
 from ur5_ros.loop.run_config import run_config
@@ -138,9 +139,11 @@ def test_the_bench_draws_friction_as_its_page_says():
 def test_the_program_for_a_robot_asks_for_what_its_page_says():
     text = (Path(__file__).resolve().parents[2] / 'docs/try_ur_torque_code.md').read_text('utf-8')
     stiffness = float(re.search(r'STIFFNESS, DAMPING = ([\d.]+)', text)[1])
-    wave = float(re.search(r"wish\['elbow_joint'\] \+= ([\d.]+)", text)[1])
-    aside = float(re.search(r"wish\['shoulder_pan_joint'\] \+= ([\d.]+)", text)[1])
-    assert (stiffness * wave, stiffness * aside) == (pytest.approx(4.0), pytest.approx(15.0))
+    pan, elbow = (float(re.search(rf"'{name}': ([\d.]+)", text)[1])
+                  for name in ('shoulder_pan_joint', 'elbow_joint'))
+    pull = stiffness * (pan - HOME[0]), stiffness * (elbow - HOME[2])
+    assert pull == (pytest.approx(15.0), pytest.approx(2.9, abs=0.05))
+    assert elbow - HOME[2] == pytest.approx(0.03, abs=1e-3)
 
 
 def test_a_step_in_contact_takes_less_than_twice_the_plain_one():

@@ -90,7 +90,7 @@ def command_defect(run: Run) -> np.ndarray:
     q, _, effort = run.exact
     command = run.required_command[:-1].copy()
     if run.sim:
-        command[_since(run, 'torque_mode', False)] = np.nan
+        command[rows_since(run, 'torque_mode', False)] = np.nan
         command = _limited(command, run)
     if run.sim and run.sim.parameters.get('effort_convention') == 'gravity_excluded':
         command += gravity_torque(q[:-1] + run.sim.arm.angle_offset, run.sim.arm)
@@ -104,8 +104,13 @@ def command_defect(run: Run) -> np.ndarray:
     return defect
 
 
-def _since(run: Run, kind: str, active: bool) -> np.ndarray:
-    """Return the rows, but the last, from an event of a kind up to its opposite: (n - 1,) bool."""
+def rows_since(run: Run, kind: str, active: bool) -> np.ndarray:
+    """
+    Return the rows, but the last, from an event of a kind up to its opposite.
+
+    ``kind``: kind of the event, such as ``fallback``; ``active``: what it says.  Returned: shape
+    (n - 1,), bool.
+    """
     found = np.zeros(len(run.stamp), dtype=bool)
     for event in run.events:
         if event.kind == kind:
@@ -121,7 +126,7 @@ def _limited(command: np.ndarray, run: Run) -> np.ndarray:
     change = parameters.get('torque_rate_limit', 0.0) * run.h
     if change:
         command, last = command.copy(), np.zeros(6)
-        for row, silent in zip(command, _since(run, 'fallback', True), strict=True):
+        for row, silent in zip(command, rows_since(run, 'fallback', True), strict=True):
             if silent:
                 last = np.zeros(6)
             elif np.isfinite(row).all():

@@ -81,6 +81,15 @@ def test_a_law_that_reaches_its_goal_passes(good):
     assert 0.1 < result.check('controller settling').value < 2.0
 
 
+def test_joints_that_friction_holds_beside_their_goal_are_named(good):
+    held = run_of(**{'friction.coulomb': [0.0, 0.0, 5.0, 0.0, 0.0, 0.0]})
+    stands = np.abs(held.states.qd[-1]) < 1e-9
+    assert np.flatnonzero(stands & (np.abs(held.states.q[-1] - GOAL) > 0.02)).tolist() == [2]
+    sentence = judged(held).check('controller tracking').sentence
+    assert sentence.endswith('; at the end friction holds elbow_joint beside the reference')
+    assert 'friction' not in judged(good).check('controller tracking').sentence
+
+
 def test_the_settling_time_is_when_the_error_last_left_the_band(good):
     error = np.abs(good.states.q - GOAL).max(axis=1)
     last = np.flatnonzero(error > 0.02)[-1]

@@ -88,6 +88,20 @@ def test_another_torque_than_commanded_is_noticed(simulated):
     assert check.details['differing'] == 1
 
 
+def test_the_fallback_is_named_where_it_acted_in_place_of_the_command(simulated):
+    run = simulated(seconds=0.2)
+    command = run.command.copy()
+    command[[20, 60, 61], 2] += 1e-3
+    stamp = int(run.stamp[50])
+    events = (RecordedEvent(stamp, 'protective_stop', '', {}),
+              RecordedEvent(stamp, 'fallback', '', {'mode': 'brake', 'active': True}))
+    sentence = validate(replace(run, command=command, events=events)).check(
+        'command acts').sentence
+    assert sentence.startswith('in 3 of 200 periods another torque acted')
+    assert sentence.endswith('in 2 of them that of the fallback (brake), from 0.06 s on, after a '
+                             'protective stop')
+
+
 def test_limits_touched_are_named(simulated):
     run = simulated(seconds=0.2)
     states = run.states._replace(qd=run.states.qd.copy())

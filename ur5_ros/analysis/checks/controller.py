@@ -8,10 +8,13 @@ import numpy as np
 from ur5_ros.analysis.checks.tracking import REFERENCE_JUMP
 from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.analysis.laws import largest, laws_of, promised_rows
+from ur5_ros.analysis.residual import rows_since
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.arms import ASSUMED, arms_with_assumed_armature
+from ur5_ros.config.friction import joint_friction
 from ur5_ros.config.validation import Marks
 from ur5_ros.model.dynamics import inertia_matrix
+from ur5_ros.model.friction import AT_REST
 from ur5_ros.signals import JOINT_NAMES
 
 #: Length of the windows in which an alternating velocity is looked for [s].
@@ -75,7 +78,18 @@ def _tracking(run: Run, marks: Marks, error: np.ndarray, starts: np.ndarray) -> 
     return judge(name, worst, marks['controller_joint'], 'rad',
                  f'joints within {1e3 * worst:.3g} mrad of the reference, {wait:g} s after it '
                  f'began or jumped (worst: {JOINT_NAMES[joint]} at {run.t[row]:.4g} s; RMS of the '
-                 f'run {1e3 * rms.max():.3g} mrad)', joint=JOINT_NAMES[joint], **details)
+                 f'run {1e3 * rms.max():.3g} mrad){_held(run, error[-1], marks)}',
+                 joint=JOINT_NAMES[joint], **details)
+
+
+def _held(run: Run, error: np.ndarray, marks: Marks) -> str:
+    """Return in words which joints the friction of the plant holds beside their reference."""
+    if run.sim is None or joint_friction(run.sim.parameters).none or (
+            rows_since(run, 'fallback', True)[-1]):
+        return ''
+    still = (np.abs(run.exact.qd[-1]) < AT_REST) & (np.abs(error) > marks['controller_joint'])
+    names = [JOINT_NAMES[i] for i in np.flatnonzero(still)]
+    return f'; at the end friction holds {", ".join(names)} beside the reference' if names else ''
 
 
 def _segments(error: np.ndarray, starts: np.ndarray, band: float) -> list[np.ndarray]:

@@ -9,7 +9,7 @@ from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.diagnosis.command_path import path_causes
 from ur5_ros.analysis.laws import largest
 from ur5_ros.analysis.plant_integrator import law_model, plant_models
-from ur5_ros.analysis.residual import command_defect, residual
+from ur5_ros.analysis.residual import command_defect, residual, rows_since
 from ur5_ros.analysis.result import Check, judge, not_applicable
 from ur5_ros.config.validation import Marks
 from ur5_ros.signals import JOINT_NAMES
@@ -101,7 +101,8 @@ def _command_check(run: Run, marks: Marks) -> Check:
     if run.noisy and run.sim and run.sim.parameters['effort_convention'] == 'gravity_excluded':
         noise = run.sim.parameters['noise.position']
         limit += STEEPEST_GRAVITY * 6.0 * noise  # g(q) of a measured q
-    wrong = int((np.abs(defect[known]).max(axis=1) > limit).sum())
+    differs = known & (np.abs(np.where(known[:, None], defect, 0.0)).max(axis=1) > limit)
+    wrong = int(differs.sum())
     if run.sim is None and wrong and (run.counts.get('commands_held') or not path_causes(run)):
         return not_applicable(
             name, f'a robot measures its torque: it differs from the command by up to {worst:.3g} '
@@ -111,6 +112,19 @@ def _command_check(run: Run, marks: Marks) -> Check:
     if not worst <= limit:
         sentence = (f'in {wrong} of {known.sum()} periods another torque acted than was '
                     f'commanded; worst {worst:.3g} N m at {JOINT_NAMES[joint]}, '
-                    f'{run.t[row]:.4g} s')
+                    f'{run.t[row]:.4g} s{_fallback(run, differs)}')
     return judge(name, worst, limit, 'N m', sentence, joint=JOINT_NAMES[joint],
                  periods=int(known.sum()), differing=wrong)
+
+
+def _fallback(run: Run, differs: np.ndarray) -> str:
+    """Return in words in how many of some periods the fallback acted, and what began it."""
+    acted = rows_since(run, 'fallback', True) & differs
+    if run.sim is None or not acted.any():
+        return ''
+    first = int(np.argmax(acted))
+    before = [event for event in run.events if event.stamp <= run.stamp[first]]
+    mode = [event.values['mode'] for event in before if event.kind == 'fallback'][-1]
+    stop = any(event.kind == 'protective_stop' for event in before)
+    return (f'; in {acted.sum()} of them that of the fallback ({mode}), from '
+            f'{run.t[first]:.4g} s on{", after a protective stop" if stop else ""}')
