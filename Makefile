@@ -33,9 +33,9 @@ BENCHMARKS := $(wildcard benchmarks/bench_*.py)
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
 
-setup: $(VENV)/runtime.stamp  ## .venv with what the nodes and the command ur5 need
+setup: $(VENV)/runtime.stamp  ## .venv with what the nodes and ur5 need, but for sweeps, bench, Parquet and Rerun
 
-setup-all: $(VENV)/all.stamp  ## the same with the test, bench and docs tools
+setup-all: $(VENV)/all.stamp  ## the same with these and the test, bench and docs tools
 
 $(VENV)/created.stamp:
 	@echo "Making $(VENV) with $(PYTHON)"

@@ -8,13 +8,18 @@ FOLDER holds motion3_fast.csv.gz and three more (docs/real_robot.md says where t
 
 import argparse
 import gzip
+import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from side_by_side import Row, publish
 
+from ur5_ros.analysis.data.load import load_run
+from ur5_ros.analysis.data.logs.robot_log import import_log
+from ur5_ros.analysis.identification.identify import identify
 from ur5_ros.config import load_arm
 from ur5_ros.model.dynamics import gravity_torque, inertia_matrix, inverse_dynamics
 from ur5_ros.model.kinematics import forward_kinematics
@@ -23,6 +28,8 @@ from ur5_ros.model.regressor import dynamics_regressor, inertial_parameters
 from ur5_ros.model.rotations import rotation_vector
 
 MOTIONS = ('motion3_fast', 'motion5_slow', 'motion6_long', 'motion7_short')
+#: Rows a second.
+RATE = 125
 Recording = Callable[[str], np.ndarray]
 
 
@@ -72,11 +79,38 @@ def left_over(column: Recording, arm: ArmParameters, fit: bool) -> list[float]:
     return np.sqrt(np.mean(rest**2, axis=0)).tolist()
 
 
+def rotors(column: Recording, arm: ArmParameters) -> dict[str, list[float]]:
+    """
+    Return rotor inertia and its standard error, by least squares [kg m^2].
+
+    What is left over is no white noise: the error comes from its sums over whole seconds.
+    """
+    q, qd, qdd = column('q_target'), column('qd_target'), column('qdd_target')
+    rest = column('m_target') - dynamics_regressor(q, qd, qdd, arm) @ inertial_parameters(arm)
+    power = np.sum(qdd**2, axis=0)
+    fitted = np.sum(qdd * rest, axis=0) / power
+    score = np.add.reduceat(qdd * (rest - fitted * qdd), np.arange(0, len(q), RATE), axis=0)
+    return {'fitted': fitted.tolist(),
+            'error': (np.sqrt(np.sum(score**2, axis=0)) / power).tolist()}
+
+
+def friction(folder: Path) -> dict[str, Any]:
+    """Return torque constants and friction, fitted to all motions but the fast one."""
+    with tempfile.TemporaryDirectory() as place:
+        runs = {}
+        for name in MOTIONS:
+            import_log(folder / f'{name}.csv.gz', Path(place) / name, 'ur5_controller')
+            runs[name] = load_run(Path(place) / name)
+        return identify([runs[name] for name in MOTIONS[1:]], load_arm('ur5_controller'),
+                        runs[MOTIONS[0]]).to_plain()
+
+
 def main() -> None:
     """Compute and keep the figures."""
     parser = argparse.ArgumentParser(description=__doc__.strip().partition('\n')[0])
     parser.add_argument('folder', type=Path)
-    columns = {name: recording(parser.parse_args().folder / f'{name}.csv.gz') for name in MOTIONS}
+    folder = parser.parse_args().folder
+    columns = {name: recording(folder / f'{name}.csv.gz') for name in MOTIONS}
     arm = load_arm('ur5_controller')
     fast = columns['motion3_fast']
     poses = {name: kinematics(column) for name, column in columns.items()}
@@ -93,6 +127,10 @@ def main() -> None:
         Row('torque of the controller, RMS, the worst joint', '0.005 N m',
             max(map(max, torque.values())) / 0.005, 1.0, False),
     ], {'kinematics': poses, 'torque': torque, 'gravity': gravity(columns['motion6_long']),
+        'largest torque': {name: float(np.abs(column('m_target')).max())
+                           for name, column in columns.items()},
+        'rotors': {name: rotors(column, arm) for name, column in columns.items()},
+        'friction': friction(folder),
         'without rotors': left_over(fast, arm, fit=False),
         'with tensors': left_over(fast, replace(arm, inertia=load_arm('ur5').inertia), fit=True),
         'M66': inertia, 'rotors over M66': bare})

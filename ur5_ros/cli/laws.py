@@ -30,7 +30,7 @@ def bench(
     tune: Annotated[Path | None, typer.Option(
         metavar='FILE', help='Search the gains anew and write them here instead.')] = None,
 ) -> int:
-    """Compare the laws under perturbations."""
+    """Compare the laws under perturbations (needs make setup-all)."""
     from ur5_ros.cli.commands import bench as work
     return work.bench(law, quick, seeds, out, scheduler, workers, gains, tune, law_timeout)
 

@@ -112,7 +112,7 @@ def sweep(
     only: Annotated[int | None, typer.Option(
         metavar='I', help='Repeat this one run and keep its bags.')] = None,
 ) -> int:
-    """Run an experiment many times; the same command resumes."""
+    """Run an experiment many times; the same command resumes (needs make setup-all)."""
     from ur5_ros.cli.commands import sweeps
     if spec == 'report':
         return sweeps.report(folder)
@@ -153,8 +153,8 @@ def render(
 def export(
     run: Run,
     out: Annotated[Path, typer.Option(
-        '-o', '--out', metavar='FILE', help='.csv, .parquet, or .rrd for Rerun.',
-        show_default=False)],
+        '-o', '--out', metavar='FILE', show_default=False,
+        help='.csv; .parquet, and .rrd for Rerun, need make setup-all.')],
     arm: ShownArm = None,
     topic: Topics = None,
     joint_prefix: JointPrefix = None,

@@ -17,7 +17,8 @@ def fallback_torque(mode: str, arm: BulletArm, joints: Joints, effects: Effects,
     """
     Return the torque of a fallback for one control period, within the torque limits.
 
-    The fallbacks know the whole plant: payload, friction, wrench and gravity as they are.
+    The brake knows the whole plant: payload, friction, wrench and gravity as they are; gravity
+    compensation knows payload and gravity.
 
     ``mode``: ``brake``, ``gravity_compensation`` or ``zero_torque``; ``limit`` (6,): largest
     torque [N m]; ``period``: length of a control period [s].  Returned: joint torque [N m], (6,).
