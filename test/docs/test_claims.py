@@ -13,7 +13,7 @@ import pytest
 
 from ur5_ros.analysis.validate import validate
 from ur5_ros.bench.perturbations import friction
-from ur5_ros.config import load_arm
+from ur5_ros.config import list_arms, load_arm
 from ur5_ros.config.parameters import HOME
 from ur5_ros.loop.closed_loop import run_closed_loop
 from ur5_ros.loop.loop_run import as_run
@@ -144,6 +144,13 @@ def test_the_program_for_a_robot_asks_for_what_its_page_says():
     pull = stiffness * (pan - HOME[0]), stiffness * (elbow - HOME[2])
     assert pull == (pytest.approx(15.0), pytest.approx(2.9, abs=0.05))
     assert elbow - HOME[2] == pytest.approx(0.03, abs=1e-3)
+
+
+def test_the_arms_that_have_friction_are_those_that_the_page_names():
+    text = (Path(__file__).resolve().parents[2] / 'docs/simulator.md').read_text('utf-8')
+    paragraph = text[text.index('An arm file may have a section `friction`'):].partition('\n\n')[0]
+    named = set(re.findall(r'`(ur\w+)`', paragraph))
+    assert named == {name for name in list_arms() if not load_arm(name).friction.none}
 
 
 def test_a_step_in_contact_takes_less_than_twice_the_plain_one():
