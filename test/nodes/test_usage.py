@@ -27,6 +27,12 @@ def test_help_names_every_parameter_within_eighty_columns(program, parameters, o
         assert f'\n  {parameter.name}: ' in done.stdout
 
 
+def test_help_may_be_read_in_part():
+    done = subprocess.run(['bash', '-c', f'{BIN}/sim_node --help | head -n 1'], timeout=60,
+                          capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    assert done.stdout.startswith('usage: sim_node ') and done.stderr == ''
+
+
 def test_a_parameter_of_a_running_node_is_set_and_refusals_are_one_line(ros):
     ros.start('sim', lockstep=False, bag='')
     environment = dict(ros.environment)

@@ -24,7 +24,7 @@ def executable(program: str, purpose: str, parameters: Sequence[str],
             from ur5_ros.config import parameters as declared
             from ur5_ros.nodes.ros.usage import usage
             shown = {each.name: each for name in parameters for each in getattr(declared, name)}
-            print(usage(program, purpose, shown.values()))
+            print_help(usage(program, purpose, shown.values()))
             return
         stop = begin_start()
         require_environment(arguments)
@@ -33,6 +33,14 @@ def executable(program: str, purpose: str, parameters: Sequence[str],
         run_node(getattr(import_module(f'ur5_ros.nodes.{module}'), name), stop, arguments)
 
     return main
+
+
+def print_help(text: str) -> None:
+    """Print a text to whoever reads it to the end, or stops before, as ``head`` does."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def begin_start() -> StopRequest:
