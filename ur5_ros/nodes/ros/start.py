@@ -36,7 +36,7 @@ def executable(program: str, purpose: str, parameters: Sequence[str],
 
 
 def print_help(text: str) -> None:
-    """Print a text to whoever reads it to the end, or stops before, as ``head`` does."""
+    """Print a text, whose reader may stop before its end, as ``head`` does."""
     try:
         print(text, flush=True)
     except BrokenPipeError:
