@@ -12,6 +12,9 @@ from ur5_ros.model.dynamics import gravity_torque, inverse_dynamics
 from ur5_ros.signals import JOINT_NAMES
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
+STATES = '/joint_states'
+#: Torque of a unit of current of a drive [N m/A], by joint.
+DRIVE = np.array([13.0, 13.0, 10.0, 9.5, 9.0, 9.0])
 START = 1_780_000_000_000_000_000
 GRIPPER = ('robotiq_85_left_knuckle_joint',)
 
@@ -91,3 +94,8 @@ def write_bag(folder: Path, topics: dict[str, list[tuple[int, bytes]]],
         for time, topic, data in rows:
             writer.write(number[topic], time, data)
     return folder
+
+
+def remarks(result) -> str:
+    """Return what a result remarks of its recording, in one text."""
+    return '; '.join(result.about['remarks'])

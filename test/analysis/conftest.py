@@ -1,11 +1,15 @@
 """Runs made in memory: the law on its own model, and the scheme of the simulator in a for loop."""
 
+import itertools
 import json
 
 import numpy as np
 import pytest
+from foreign_recordings import STATES, motion, write_bag
 
+from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import NodeRecord, ParameterChange, RecordedEvent, Run, States
+from ur5_ros.analysis.validate import validate
 from ur5_ros.config import CONTROL_PARAMETERS, SIM_PARAMETERS, complete, load_arm
 from ur5_ros.control.controller import controller_from_parameters
 from ur5_ros.loop.closed_loop import run_closed_loop
@@ -137,3 +141,22 @@ def recorded(tmp_path_factory):
     folder = tmp_path_factory.mktemp('bags') / 'short'
     run_closed_loop(run_config(duration=1.5), folder)
     return folder
+
+
+@pytest.fixture(scope='session')
+def made():
+    """States of an arm ur5e in motion, as :func:`foreign_recordings.motion` gives them."""
+    return motion()
+
+
+@pytest.fixture
+def judged(tmp_path):
+    """Return a function that writes topics as a bag and judges it as arm ur5e."""
+    count = itertools.count()
+
+    def judge(messages, types=None, arm='ur5e', **options):
+        if not isinstance(messages, dict):
+            messages = {STATES: messages}
+        folder = write_bag(tmp_path / f'bag_{next(count)}', messages, types)
+        return validate(load_run(folder, arm=arm, **options))
+    return judge

@@ -7,10 +7,11 @@ import numpy as np
 
 from ur5_ros.analysis.checks.contact import contact_checks
 from ur5_ros.analysis.checks.controller import controller_checks
+from ur5_ros.analysis.checks.effort import effort_check
 from ur5_ros.analysis.checks.energy import energy_checks
 from ur5_ros.analysis.checks.error_dynamics import law_checks
 from ur5_ros.analysis.checks.experiment import experiment_checks
-from ur5_ros.analysis.checks.foreign import effort_check, kinematics_check
+from ur5_ros.analysis.checks.foreign import kinematics_check
 from ur5_ros.analysis.checks.gains import gains_check
 from ur5_ros.analysis.checks.law import law_check
 from ur5_ros.analysis.checks.limits import limits_check
@@ -28,7 +29,7 @@ from ur5_ros.analysis.diagnosis.attribution import causes
 from ur5_ros.analysis.diagnosis.command_path import lateness_check
 from ur5_ros.analysis.diagnosis.company import company
 from ur5_ros.analysis.diagnosis.compensation import compensation_check
-from ur5_ros.analysis.effort import LARGEST_MISFIT, arms_by_meaning, fitting_arms
+from ur5_ros.analysis.effort.known_arms import LARGEST_MISFIT, arms_by_meaning, fitting_arms
 from ur5_ros.analysis.injected import injections
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, Check, Result
 from ur5_ros.config.validation import Marks, load_marks

@@ -1,47 +1,24 @@
 """Recordings of other tools: what is healthy passes, what was left out is counted and placed."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from foreign_recordings import (
     GRIPPER,
+    STATES,
     arm_messages,
     gravity,
     gripper_messages,
     message,
     motion,
-    write_bag,
+    remarks,
 )
 
-from ur5_ros.analysis.data.load import load_run
-from ur5_ros.analysis.validate import validate
 from ur5_ros.cdr.fixed_messages import encode
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
-from ur5_ros.model.dynamics import gravity_torque
-from ur5_ros.model.parameters import with_payload
 from ur5_ros.signals import JOINT_NAMES
-
-STATES = '/joint_states'
-
-
-@pytest.fixture
-def judged(tmp_path):
-    """Return a function that writes topics as a bag and judges it as arm ur5e."""
-    count = itertools.count()
-
-    def judge(messages, types=None, arm='ur5e', **options):
-        if not isinstance(messages, dict):
-            messages = {STATES: messages}
-        folder = write_bag(tmp_path / f'bag_{next(count)}', messages, types)
-        return validate(load_run(folder, arm=arm, **options))
-    return judge
-
-
-def remarks(result):
-    return '; '.join(result.about['remarks'])
 
 
 def test_a_healthy_recording_passes_without_a_remark(judged, made):
@@ -308,61 +285,6 @@ def test_missing_states_are_gaps(judged, made):
     assert check.verdict == 'fail' and check.value == 1 and 'after 0.598 s' in check.sentence
 
 
-def test_without_an_arm_one_line_says_so_and_which_known_arms_fit(judged, made):
-    with pytest.raises(InputError, match=r'no arm is known; give one: --arm NAME; of the known '
-                       r'arms these fit the torques best: ur5e \(9.\d+e-06 N m RMS') as caught:
-        judged(arm_messages(made), arm=None)
-    assert '\n' not in str(caught.value)
-
-
-def test_an_arm_that_cannot_be_is_called_so(judged, made):
-    result = judged(arm_messages(made), arm='ur5')
-    assert result.verdict == 'fail'
-    assert result.causes[0]['kind'] == 'wrong arm' and result.causes[0]['arm'] == 'ur5e'
-
-
-MEANINGS = {
-    'gravity_excluded': lambda made: made.effort - gravity(made),
-    'target': gravity,
-    'current': lambda made: made.effort / np.array([13.0, 13.0, 10.0, 9.5, 9.0, 9.0]),
-    'other_sign': lambda made: -made.effort,
-}
-
-
-@pytest.mark.parametrize('friction', [0.0, 1.0])
-@pytest.mark.parametrize('meaning', MEANINGS)
-def test_an_effort_that_is_no_joint_torque_is_named_with_the_option(judged, made, meaning,
-                                                                    friction):
-    changed = MEANINGS[meaning](made) + friction * 0.02 * np.sign(made.qd)
-    result = judged(arm_messages(made.with_(effort=changed)))
-    assert result.verdict == 'fail'
-    assert f'--effort {meaning}' in result.check('effort').sentence
-    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
-
-
-@pytest.mark.parametrize('meaning', MEANINGS)
-def test_with_the_option_the_verdict_is_judged_by_the_meaning(judged, made, meaning):
-    result = judged(arm_messages(made.with_(effort=MEANINGS[meaning](made))), effort=meaning)
-    assert result.verdict == 'pass', [c.sentence for c in result.checks if c.verdict == 'fail']
-    assert result.check('inverse dynamics').verdict == 'pass'
-
-
-@pytest.mark.parametrize('meaning', MEANINGS)
-def test_a_stated_meaning_that_is_wrong_fails(judged, made, meaning):
-    if meaning != 'current':  # a factor a joint fits joint torque as well
-        assert judged(arm_messages(made), effort=meaning).verdict == 'fail'
-
-
-def test_a_constant_effort_is_no_measurement(judged, made):
-    result = judged(arm_messages(made.with_(effort=np.tile(made.effort[0], (700, 1)))))
-    assert result.verdict == 'fail' and 'constant' in result.check('effort').sentence
-
-
-def test_friction_does_not_make_another_meaning(judged):
-    result = judged(arm_messages(motion(friction=3.0)))
-    assert result.check('effort').verdict == 'pass'
-
-
 def test_an_arm_at_rest_is_judged_by_its_gravity(judged):
     result = judged(arm_messages(motion(still=True)))
     assert result.verdict == 'pass' and result.check('inverse dynamics').verdict == 'pass'
@@ -389,11 +311,6 @@ def test_a_robot_on_the_ceiling_is_recognised_by_the_direction_of_its_gravity(ju
     result = judged(arm_messages(motion(hung, n=3000)))
     assert result.causes[0]['kind'] == 'gravity'
     np.testing.assert_allclose(result.causes[0]['gravity'], [0.0, 0.0, 9.81], atol=0.05)
-
-
-def test_a_meaning_that_does_not_exist_is_refused(judged, made):
-    with pytest.raises(InputError, match='give one of: total'):
-        judged(arm_messages(made), effort='newton')
 
 
 @pytest.mark.parametrize('jumps, rows', [([-0.3], [350]), ([-3600.0], [350]), ([3600.0], [10]),
@@ -524,186 +441,6 @@ def test_names_that_stand_twice_are_the_reason_of_the_refusal(judged, made):
         judged(messages)
 
 
-DRIVE = np.array([13.0, 13.0, 10.0, 9.5, 9.0, 9.0])
-UNITS = {
-    'motor current in mA': lambda effort: 1000.0 * effort / DRIVE,
-    'motor current with the other sign': lambda effort: -effort / DRIVE,
-    'joint torque in another unit': lambda effort: 1000.0 * effort,
-    # per cent of the largest torque, as drives report it
-    'joint torque in another unit (joints 1 to 6: 1.5, 1.5, 1.5': lambda effort: effort / np.array(
-        [1.5, 1.5, 1.5, 0.28, 0.28, 0.28]),
-}
-
-
-@pytest.mark.parametrize('looks', UNITS)
-def test_an_effort_in_another_unit_is_named_and_judged_by_the_option(judged, made, looks):
-    changed = arm_messages(made.with_(effort=UNITS[looks](made.effort)))
-    result = judged(changed)
-    assert f'looks like {looks}' in result.check('effort').sentence
-    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
-
-
-@pytest.mark.parametrize('looks', UNITS)
-def test_with_the_option_another_unit_passes(judged, made, looks):
-    result = judged(arm_messages(made.with_(effort=UNITS[looks](made.effort))), effort='current')
-    assert result.check('inverse dynamics').verdict == 'pass'
-
-
-def test_a_current_in_steps_of_a_tenth_of_an_ampere_is_a_current(judged, made):
-    result = judged(arm_messages(made.with_(effort=np.round(made.effort / DRIVE, 1))))
-    assert '--effort current' in result.check('effort').sentence
-
-
-TURNED = np.array([1.0, -1.0, 1.0, 1.0, 1.0, -1.0])
-
-
-def test_joints_with_the_other_sign_are_named(judged, made):
-    result = judged(arm_messages(made.with_(effort=TURNED * made.effort)))
-    assert 'with the other sign at shoulder_lift_joint, wrist_3_joint' in (
-        result.check('effort').sentence)
-
-
-def test_the_option_turns_the_joints_that_are_turned(judged, made):
-    result = judged(arm_messages(made.with_(effort=TURNED * made.effort)), effort='other_sign')
-    assert result.verdict == 'pass'
-
-
-def test_friction_with_the_other_sign_is_no_other_meaning(judged, made):
-    turned = -(made.effort + 3.0 * np.sign(made.qd))
-    result = judged(arm_messages(made.with_(effort=turned)))
-    assert '--effort other_sign' in result.check('effort').sentence
-
-
-@pytest.mark.parametrize('joint, value', [(2, 5.0), (3, 0.0)])
-def test_a_joint_whose_effort_never_changes_is_named(judged, made, joint, value):
-    effort = made.effort.copy()
-    effort[:, joint] = value
-    result = judged(arm_messages(made.with_(effort=effort)))
-    assert f'the effort of {JOINT_NAMES[joint]} is constant' in result.check('effort').sentence
-    assert result.verdict == 'fail'
-
-
-RIGHT, ALL, SOME = np.ones(6), -np.ones(6), TURNED
-
-
-@pytest.mark.parametrize('friction', [0.0, 3.0])
-@pytest.mark.parametrize('sign, at', [
-    (ALL, ''), (SOME, ' at shoulder_lift_joint, wrist_3_joint')])
-@pytest.mark.parametrize('meaning', ['gravity_excluded', 'target'])
-def test_an_effort_without_motion_or_gravity_and_with_the_other_sign_is_named(
-        judged, made, meaning, sign, at, friction):
-    own = gravity(made) if meaning == 'target' else (
-        made.effort - gravity(made) + friction * np.sign(made.qd))
-    messages = arm_messages(made.with_(effort=sign * own))
-    sentence = judged(messages).check('effort').sentence
-    if meaning == 'target':
-        at = at.replace(', wrist_3_joint', '')  # whose gravity is none
-    assert f'with the other sign{at} (' in sentence and f'--effort {meaning}' in sentence
-
-
-@pytest.mark.parametrize('sign, at', [
-    (ALL, 'sign: it'), (SOME, 'sign at shoulder_lift_joint, wrist_3_joint: it')])
-@pytest.mark.parametrize('meaning', ['gravity_excluded', 'target'])
-def test_with_the_option_an_effort_of_the_other_sign_passes_and_says_so(
-        judged, tmp_path, made, meaning, sign, at):
-    own = gravity(made) if meaning == 'target' else made.effort - gravity(made)
-    if meaning == 'target':
-        at = at.replace(', wrist_3_joint', '')
-    folder = write_bag(tmp_path / 'turned', {STATES: arm_messages(made.with_(effort=sign * own))})
-    run = load_run(folder, arm='ur5e', effort=meaning)
-    assert validate(run).verdict == 'pass'
-    assert any(f'the effort has the other {at} was turned' in each for each in run.remarks)
-
-
-@pytest.mark.parametrize('meaning', ['gravity_excluded', 'target'])
-@pytest.mark.parametrize('friction', [0.0, 5.0])
-def test_friction_does_not_turn_the_sign_of_an_effort(judged, made, meaning, friction):
-    own = gravity(made) if meaning == 'target' else made.effort - gravity(made)
-    messages = arm_messages(made.with_(effort=own + friction * np.sign(made.qd)))
-    assert 'the other sign' not in remarks(judged(messages, effort=meaning))
-
-
-EXCHANGED = {'exchanged: shoulder_pan_joint, elbow_joint': [2, 1, 0, 3, 4, 5],
-             'exchanged: shoulder_lift_joint, elbow_joint': [0, 2, 1, 3, 4, 5],
-             'in the other order': [5, 4, 3, 2, 1, 0]}
-
-
-@pytest.mark.parametrize('fields', [('effort',), ('q', 'qd', 'effort')])
-@pytest.mark.parametrize('how', EXCHANGED)
-def test_values_of_other_joints_are_named_so(judged, made, how, fields):
-    order = EXCHANGED[how]
-    result = judged(arm_messages(made.with_(**{
-        field: getattr(made, field)[:, order] for field in fields})))
-    sentence = result.check('effort').sentence
-    assert how in sentence and 'name the joints in the order of their values' in sentence
-    assert sentence.startswith('the efforts' if len(fields) == 1 else 'the positions, velocities')
-    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
-
-
-LOADED = {
-    'gravity_excluded': lambda made, gravity: made.effort - gravity,
-    'target': lambda made, gravity: gravity,
-    'current': lambda made, gravity: made.effort / DRIVE,
-    'other_sign': lambda made, gravity: -made.effort,
-}
-
-
-def loaded(mass, still=False):
-    """Return the motion of an arm with a load, and the torque of gravity along it."""
-    arm = with_payload(load_arm('ur5e'), mass, (0.0, 0.02, 0.06))
-    made = motion(arm, still=still)
-    return made, gravity_torque(made.q + arm.angle_offset, arm)
-
-
-@pytest.mark.parametrize('mass', [1.0, 3.0])
-@pytest.mark.parametrize('meaning', LOADED)
-def test_an_undeclared_load_does_not_hide_what_the_effort_is(judged, meaning, mass):
-    made, gravity_of_it = loaded(mass)
-    result = judged(arm_messages(made.with_(effort=LOADED[meaning](made, gravity_of_it))))
-    sentence = result.check('effort').sentence
-    assert f'--effort {meaning}' in sentence and f'a load of {mass:g} kg' in sentence
-    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
-
-
-@pytest.mark.parametrize('meaning', ['gravity_excluded', 'target', 'other_sign'])
-def test_with_the_option_the_load_is_the_cause(judged, meaning):
-    made, gravity_of_it = loaded(2.0)
-    result = judged(arm_messages(made.with_(effort=LOADED[meaning](made, gravity_of_it))),
-                    effort=meaning)
-    assert [cause['kind'] for cause in result.causes] == ['payload']
-    assert result.causes[0]['mass_kg'] == pytest.approx(2.0, rel=0.01)
-
-
-@pytest.mark.parametrize('noise', [0.0, 0.3])
-def test_at_rest_the_load_that_explains_the_torque_is_named_without_its_place(judged, noise):
-    made, _ = loaded(1.5, still=True)
-    random = np.random.default_rng(5)
-    result = judged(arm_messages(made.with_(
-        effort=made.effort + random.normal(0.0, noise, (700, 6)),
-        q=made.q + random.normal(0.0, 1e-4 * noise, (700, 6)),
-        qd=random.normal(0.0, 3e-3 * noise, (700, 6)))))
-    assert [cause['kind'] for cause in result.causes] == ['payload']
-    assert result.causes[0]['mass_kg'] == pytest.approx(1.5, rel=0.02)
-    assert 'does not determine its centre of mass' in result.causes[0]['sentence']
-
-
-@pytest.mark.parametrize('noise', [0.0, 0.1])
-def test_at_rest_a_torque_that_no_load_explains_is_not_attributed(judged, noise):
-    made = motion(still=True)
-    random = np.random.default_rng(6)
-    result = judged(arm_messages(made.with_(
-        effort=made.effort + np.array([0.0, -5.0, -2.0, 0.3, 0.0, 0.0])
-        + random.normal(0.0, noise, (700, 6)))))
-    assert result.verdict == 'fail'
-    assert [cause['kind'] for cause in result.causes] == ['unexplained']
-    assert 'this motion does not show more' in result.causes[0]['sentence']
-
-
-def test_without_an_arm_and_torque_the_arms_that_fit_another_meaning_are_named(judged, made):
-    with pytest.raises(InputError, match=r'none of the known arms fits .*ur5e \(.*--effort curre'):
-        judged(arm_messages(made.with_(effort=made.effort / DRIVE)), arm=None)
-
-
 def test_velocities_in_degrees_are_named_so(judged, made):
     result = judged(arm_messages(made.with_(qd=np.degrees(made.qd))))
     assert 'look like degrees a second' in result.check('kinematics').sentence
@@ -745,14 +482,6 @@ def test_efforts_too_small_for_a_number_are_no_torque(judged, made, recwarn):
     result = judged(arm_messages(made.with_(effort=np.full((700, 6), 1e-310))))
     assert result.verdict == 'pass' and 'no torque is recorded' in remarks(result)
     assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
-
-
-@pytest.mark.parametrize('about', [0.0, 2.0])
-def test_noise_in_place_of_a_torque_is_no_measurement(judged, made, about):
-    noise = np.random.default_rng(7).normal(about, 0.05, (700, 6))
-    result = judged(arm_messages(made.with_(effort=noise)))
-    assert result.check('effort').sentence.startswith('the effort is constant, not a measurement')
-    assert [cause['kind'] for cause in result.causes] == ['effort meaning']
 
 
 def test_states_too_far_apart_for_their_motion_are_not_judged_by_it(judged):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ur5_ros.analysis.checks.foreign import effort_check
+from ur5_ros.analysis.checks.effort import effort_check
 from ur5_ros.analysis.data.run import NodeRecord, Run, States
 from ur5_ros.analysis.diagnosis.plant import plant_causes
 from ur5_ros.analysis.validate import validate

@@ -8,11 +8,8 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from ur5_ros.analysis.checks.foreign import (
-    effort_check,
-    kinematics_check,
-    no_torque_of_arm,
-)
+from ur5_ros.analysis.checks.effort import effort_check, no_torque_of_arm
+from ur5_ros.analysis.checks.foreign import kinematics_check
 from ur5_ros.analysis.data.load import load_run
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.identification.arm_file import write_arm

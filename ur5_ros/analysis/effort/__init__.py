@@ -1,0 +1,1 @@
+"""What a recorded effort means, and the known arms that fit it."""
