@@ -6,6 +6,7 @@ q_UR + ``arm.angle_offset``.
 """
 
 import numpy as np
+from numpy import empty
 
 from ur5_ros.model.kernels.arguments import state_function
 from ur5_ros.model.kernels.dynamics import gravity, inertia, inverse, terms
@@ -13,11 +14,11 @@ from ur5_ros.model.kernels.forward_dynamics import forward
 from ur5_ros.model.parameters import ArmParameters
 
 _MATRIX = (6, 6)
-_inertia = state_function(inertia, ['q'], _MATRIX)
-_gravity = state_function(gravity, ['q'], (6,))
-_terms = state_function(terms, ['q', 'qd'], _MATRIX, _MATRIX, (6,))
-_inverse = state_function(inverse, ['q', 'qd', 'qdd'], (6,))
-_forward = state_function(forward, ['q', 'qd', 'tau'], (6,))
+_inertia = state_function(inertia, 'q')
+_gravity = state_function(gravity, 'q')
+_terms = state_function(terms, 'q', 'qd', outputs=3)
+_inverse = state_function(inverse, 'q', 'qd', 'qdd')
+_forward = state_function(forward, 'q', 'qd', 'tau')
 
 
 def inertia_matrix(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -54,7 +55,7 @@ def inertia_matrix(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     (True, True)
 
     """
-    return _inertia(arm, q)
+    return _inertia(q, arm.constants, empty(_MATRIX))
 
 
 def coriolis_matrix(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -124,7 +125,7 @@ def gravity_torque(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     np.int64(1)
 
     """
-    return _gravity(arm, q)
+    return _gravity(q, arm.constants, empty(6))
 
 
 def dynamics_terms(
@@ -161,7 +162,7 @@ def dynamics_terms(
     True
 
     """
-    return _terms(arm, q, qd)
+    return _terms(q, qd, arm.constants, empty(_MATRIX), empty(_MATRIX), empty(6))
 
 
 def inverse_dynamics(
@@ -197,7 +198,7 @@ def inverse_dynamics(
     (6,)
 
     """
-    return _inverse(arm, q, qd, qdd)
+    return _inverse(q, qd, qdd, arm.constants, empty(6))
 
 
 def forward_dynamics(
@@ -236,4 +237,4 @@ def forward_dynamics(
     True
 
     """
-    return _forward(arm, q, qd, tau)
+    return _forward(q, qd, tau, arm.constants, empty(6))

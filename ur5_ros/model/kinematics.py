@@ -7,16 +7,18 @@ convention; frame 6 is ``tool0``.
 """
 
 import numpy as np
+from numpy import empty
 
 from ur5_ros.model import calibration
 from ur5_ros.model.kernels import kinematics as kernels
 from ur5_ros.model.kernels.arguments import finite_array, state_function
 from ur5_ros.model.parameters import ArmParameters
 
-_pose = state_function(kernels.pose, ['q'], (4, 4))
-_links = state_function(kernels.links, ['q'], (24, 4))
-_jacobian = state_function(kernels.jacobian, ['q'], (6, 6))
-_jacobian_rate = state_function(kernels.jacobian_rate, ['q', 'qd'], (6, 6))
+_POSE, _LINKS, _MATRIX = (4, 4), (24, 4), (6, 6)
+_pose = state_function(kernels.pose, 'q')
+_links = state_function(kernels.links, 'q')
+_jacobian = state_function(kernels.jacobian, 'q')
+_jacobian_rate = state_function(kernels.jacobian_rate, 'q', 'qd')
 
 
 def forward_kinematics(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -52,7 +54,7 @@ def forward_kinematics(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     """
     if arm.calibration is not None:
         return _chain(q, arm)[..., 5, :, :]
-    return _pose(arm, q)
+    return _pose(q, arm.constants, empty(_POSE))
 
 
 def link_transforms(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -86,9 +88,9 @@ def link_transforms(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
 
     """
     if arm.calibration is not None:
-        at_zero = _links(arm, np.zeros(6)).reshape(6, 4, 4)
+        at_zero = _links(np.zeros(6), arm.constants, empty(_LINKS)).reshape(6, 4, 4)
         return _chain(q, arm) @ calibration.link_offsets(arm, at_zero)
-    rows = _links(arm, q)
+    rows = _links(q, arm.constants, empty(_LINKS))
     return rows.reshape(*rows.shape[:-2], 6, 4, 4)
 
 
@@ -127,7 +129,7 @@ def jacobian(q: np.ndarray, arm: ArmParameters) -> np.ndarray:
     """
     if arm.calibration is not None:
         return calibration.chain_jacobian(_chain(q, arm))
-    return _jacobian(arm, q)
+    return _jacobian(q, arm.constants, empty(_MATRIX))
 
 
 def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarray:
@@ -161,7 +163,7 @@ def jacobian_rate(q: np.ndarray, qd: np.ndarray, arm: ArmParameters) -> np.ndarr
     """
     if arm.calibration is not None:
         return calibration.chain_jacobian_rate(_chain(q, arm), finite_array('qd', qd, (6,)))
-    return _jacobian_rate(arm, q, qd)
+    return _jacobian_rate(q, qd, arm.constants, empty(_MATRIX))
 
 
 def _chain(q: np.ndarray, arm: ArmParameters) -> np.ndarray:

@@ -5,11 +5,9 @@ from math import prod
 from typing import Any
 
 import numpy as np
-from numpy import empty
 
 from ur5_ros.errors import InputError
 from ur5_ros.model.kernels.compiled import Kernel
-from ur5_ros.model.parameters import ArmParameters
 
 
 def finite_array(name: str, value: Any, tail: tuple[int, ...]) -> np.ndarray:
@@ -30,44 +28,38 @@ def finite_array(name: str, value: Any, tail: tuple[int, ...]) -> np.ndarray:
     return array
 
 
-#: The short way of a state function.  Its arguments are spelled out: `*given` would take a sixth
-#: of the call for one state.
-_STATE_FUNCTION = """
-def function(arm, {given}):
-    {outputs} = {arrays}
-    try:
-        if kernel.single({given}, arm.constants, {outputs}) == 0:
-            return {outputs}
-    except TypeError:  # many states, other types, or not compiled yet
-        pass
-    [{outputs}] = apply(kernel, names, [{given}], arm, *tails)
-    return {outputs}
-"""
-
-
-def state_function(kernel: Kernel, names: Sequence[str], *tails: tuple[int, ...],
-                   ) -> Callable[..., Any]:
+def state_function(kernel: Kernel, *names: str, outputs: int = 1) -> Callable[..., Any]:
     """
-    Return the function of an arm and joint vectors that a kernel computes.
+    Return the function of joint vectors that a kernel computes.
 
-    ``names``: the arguments, each of shape (..., 6).  Returned: takes an arm and the arguments;
-    returns an array of shape (..., *tail), or a tuple of them.  Its errors name the argument.
+    ``names``: of the joint vectors.  Returned: takes them, each of shape (..., 6), the constants
+    of an arm and an empty array for each output of one state; returns the output, or a tuple of
+    several, for all states.  For one state that is the array that was given, so that all
+    arguments go on to the kernel as they came: that takes no time.  Its errors name the vector.
     """
-    text = _STATE_FUNCTION.format(
-        given=', '.join(names), outputs=', '.join(f'output_{i}' for i in range(len(tails))),
-        arrays=', '.join(f'empty({tail if len(tail) > 1 else tail[0]})' for tail in tails))
-    scope: dict[str, Any] = {
-        'kernel': kernel, 'names': names, 'tails': tails, 'empty': empty, 'apply': apply}
-    exec(compile(text, f'<function of {", ".join(names)}>', 'exec'), scope)
-    return scope['function']
+    inputs = len(names)
+    output = -1 if outputs == 1 else slice(-outputs, None)
+
+    def function(*arguments: Any) -> Any:
+        try:
+            if kernel.single(*arguments) == 0:
+                return arguments[output]
+        except TypeError:  # many states, other types, or not compiled yet
+            pass
+        tails = [each.shape for each in arguments[inputs + 1:]]
+        found = apply(kernel, names, arguments[:inputs], arguments[inputs], *tails)
+        return found[0] if outputs == 1 else tuple(found)
+
+    return function
 
 
-def apply(kernel: Kernel, names: Sequence[str], given: Sequence[Any], arm: ArmParameters,
+def apply(kernel: Kernel, names: Sequence[str], given: Sequence[Any], constants: np.ndarray,
           *tails: tuple[int, ...]) -> list[np.ndarray]:
     """
     Run a kernel over all states, their leading dimensions broadcast; return its outputs.
 
-    ``given``: the arguments, each of shape (..., 6); ``tails``: shape of an output for one state.
+    ``given``: the joint vectors, each of shape (..., 6); ``constants``: those of the arm;
+    ``tails``: shape of an output for one state.
     """
     arrays = [finite_array(name, value, (6,)) for name, value in zip(names, given, strict=True)]
     try:
@@ -81,7 +73,7 @@ def apply(kernel: Kernel, names: Sequence[str], given: Sequence[Any], arm: ArmPa
     outputs = [np.empty(lead + tail) for tail in tails]
     count = prod(lead)
     if count:
-        code = kernel.run(count, inputs, [arm.constants],
+        code = kernel.run(count, inputs, [constants],
                           [_flat(out, tail) for out, tail in zip(outputs, tails, strict=True)])
         if code:
             raise InputError(f'{", ".join(names)}: numbers so large that the result is not '
