@@ -12,21 +12,17 @@ from ur5_ros.config import config_folder, load_arm
 from ur5_ros.config.experiments import load_experiment
 from ur5_ros.control.experiment import initial_positions
 from ur5_ros.launcher.launch_arguments import Argument, given, node_name, parameter_files
-from ur5_ros.launcher.launch_file import describe
+from ur5_ros.launcher.launch_file import ARM, PREFIXES, describe
 from ur5_ros.model.parameters import ArmParameters
 
 CONFIG = Path(config_folder())
 HERE = Path(__file__).resolve().parent
 ARGUMENTS = {
-    'ur_type': Argument('ur5', 'As in ur_description.'),
-    'arm': Argument(LaunchConfiguration('ur_type'), 'The simulated arm: a name of config/arms or '
-                    'a file.'),
+    **ARM, **PREFIXES,
     'control_arm': Argument(LaunchConfiguration('arm'), 'Arm of the law; another one is the '
                             'robustness experiment.'),
     'experiment': Argument('kebria_fig11', 'A name of config/experiments or a file; none = no '
                            'experiment and no end: the arm is held until it has a target.'),
-    'tf_prefix': Argument('', 'Put before every joint and frame name.'),
-    'namespace': Argument('', 'Of both nodes.'),
     'gui': Argument('', "PyBullet's window: true or false (the default of the node).", 'boolean'),
     'lockstep': Argument('', 'Time waits for the answer to each state: true (the default of the '
                          'node) or false.', 'boolean'),
@@ -42,7 +38,6 @@ ARGUMENTS = {
     'composed': Argument('false', 'Both nodes in one process.', 'boolean'),
     'launch_rviz': Argument('false', 'Show the arm in RViz.', 'boolean'),
     'use_sim_time': Argument('true', 'Of RViz and robot_state_publisher.', 'boolean'),
-    'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean'),
 }
 
 

@@ -2,7 +2,6 @@
 
 from launch import LaunchDescription
 from launch.actions import Shutdown
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from ur5_ros.config import config_folder, load_arm
@@ -13,7 +12,7 @@ from ur5_ros.launcher.launch_arguments import (
     parameter_files,
     require_packages,
 )
-from ur5_ros.launcher.launch_file import describe
+from ur5_ros.launcher.launch_file import ARM, describe
 from ur5_ros.sim.urdf import urdf_text
 from ur5_ros.sim.urdf_ros2_control import with_ros2_control
 
@@ -21,8 +20,7 @@ CONFIG = config_folder()
 #: The controller manager reads its URDF here: /robot_description is the simulator's own.
 DESCRIPTION = '/tagged_description'
 ARGUMENTS = {
-    'ur_type': Argument('ur5', 'As in ur_description.'),
-    'arm': Argument(LaunchConfiguration('ur_type'), 'A name of config/arms or a YAML file.'),
+    **ARM,
     'gui': Argument('', "PyBullet's window: true or false (the default of the node).", 'boolean'),
     'control_rate': Argument('500', 'States a second [Hz]; controllers.yaml has the same.',
                              'integer'),
@@ -35,7 +33,6 @@ ARGUMENTS = {
                                          'number'),
     'bag': Argument('', "'auto' (the default of the node), a folder, or 'none'.", 'bag'),
     'params_file': Argument('', 'ROS parameters of the simulator.', 'file'),
-    'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean'),
 }
 
 

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from ur5_ros.config import config_folder, load_arm
@@ -13,20 +12,16 @@ from ur5_ros.launcher.launch_arguments import (
     parameter_files,
     require_packages,
 )
-from ur5_ros.launcher.launch_file import describe
+from ur5_ros.launcher.launch_file import ARM, PREFIXES, describe
 from ur5_ros.sim.urdf import urdf_text
 
 CONFIG = Path(config_folder())
 ARGUMENTS = {
-    'ur_type': Argument('ur5', 'As in ur_description.'),
-    'arm': Argument(LaunchConfiguration('ur_type'), 'A name of config/arms or a YAML file.'),
-    'tf_prefix': Argument('', 'Put before every joint and frame name.'),
-    'namespace': Argument('', 'Of the nodes.'),
+    **ARM, **PREFIXES,
     'launch_rviz': Argument('true', 'false: the transforms alone.', 'boolean'),
     'rviz_config_file': Argument(str(CONFIG / 'layouts' / 'ur5.rviz'), 'Layout of RViz.', 'file'),
     'params_file': Argument('', 'ROS parameters of robot_state_publisher.', 'file'),
     'use_sim_time': Argument('true', "Follow the simulator's /clock.", 'boolean'),
-    'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean'),
 }
 
 

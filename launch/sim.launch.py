@@ -4,19 +4,16 @@ from pathlib import Path
 
 from launch import LaunchDescription
 from launch.actions import Shutdown
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from ur5_ros.config import config_folder
 from ur5_ros.launcher.launch_arguments import Argument, given, node_name, parameter_files
-from ur5_ros.launcher.launch_file import describe
+from ur5_ros.launcher.launch_file import ARM, PREFIXES, describe
 
 CONFIG = Path(config_folder())
 ARGUMENTS = {
+    **ARM, **PREFIXES,
     'ur_type': Argument('', 'As in ur_description; ur5 by default.'),
-    'arm': Argument(LaunchConfiguration('ur_type'), 'A name of config/arms or a YAML file.'),
-    'tf_prefix': Argument('', 'Put before every joint and frame name.'),
-    'namespace': Argument('', 'Of the node.'),
     'gui': Argument('', "PyBullet's window: true or false (the node's default).", 'boolean'),
     'lockstep': Argument('', 'Time waits for the answer to each state: true (the default of the '
                          'node) or false.', 'boolean'),
@@ -34,7 +31,6 @@ ARGUMENTS = {
     'preset': Argument('', 'A set of parameters that the arguments and params_file do not set: '
                        'ur_torque_mode.', choices=('ur_torque_mode',)),
     'params_file': Argument('', 'ROS parameters that the arguments do not set.', 'file'),
-    'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean'),
 }
 
 

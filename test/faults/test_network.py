@@ -142,8 +142,11 @@ def test_every_socket_of_the_demo_is_on_the_loopback_interface(ros):
 @pytest.mark.parametrize('name', ['sim', 'closed_loop', 'rviz'])
 def test_every_launch_file_sets_the_loopback_profile(repo, name):
     text = (repo / 'launch' / f'{name}.launch.py').read_text()
-    assert "'loopback': Argument('true'," in text and 'return describe(ARGUMENTS, nodes)' in text
+    assert 'loopback' not in text.split('ARGUMENTS = {')[1].split('\n}\n')[0]
+    assert 'return describe(ARGUMENTS, nodes)' in text
     shared = (repo / 'ur5_ros' / 'launcher' / 'launch_file.py').read_text()
+    assert "_NETWORK = {'loopback': Argument('true'," in shared
+    assert 'arguments = {**arguments, **_NETWORK}' in shared
     assert "*_network(values['loopback'])" in shared
     assert re.search(r"SetEnvironmentVariable\(\s*'FASTRTPS_DEFAULT_PROFILES_FILE',\s*"
                      r"str\(config_folder\(\) / 'fastdds_loopback.xml'\)\)", shared)

@@ -15,6 +15,18 @@ from launch.substitutions import LaunchConfiguration
 from ur5_ros.config import config_folder
 from ur5_ros.launcher.launch_arguments import Argument, read_arguments
 
+#: Which arm, in every launch file.
+ARM = {
+    'ur_type': Argument('ur5', 'As in ur_description.'),
+    'arm': Argument(LaunchConfiguration('ur_type'), 'A name of config/arms or a YAML file.'),
+}
+#: What stands before the names of joints, frames and nodes.
+PREFIXES = {
+    'tf_prefix': Argument('', 'Put before every joint and frame name.'),
+    'namespace': Argument('', 'Of the nodes.'),
+}
+_NETWORK = {'loopback': Argument('true', 'Keep every socket on 127.0.0.1.', 'boolean')}
+
 
 def describe(
     arguments: Mapping[str, Argument], nodes: Callable[[dict[str, Any]], list],
@@ -22,10 +34,12 @@ def describe(
     """
     Return a launch description.
 
-    ``arguments``: all that the launch file takes; ``loopback`` among them.  Returned: the declared
-    arguments, the environment and what ``nodes`` returns. Everything is checked before the first
+    ``arguments``: what the launch file takes, ``loopback`` besides.  Returned: the declared
+    arguments, the environment and what ``nodes`` returns.  Everything is checked before the first
     process is started.
     """
+    arguments = {**arguments, **_NETWORK}
+
     def actions(context: LaunchContext) -> list:
         values = read_arguments(arguments, {name: LaunchConfiguration(name).perform(context)
                                             for name in arguments})
