@@ -17,9 +17,6 @@ JOINT_NAMES = (
     'wrist_3_joint',
 )
 
-#: Largest force [N] and torque [N m] that an input may ask for.
-LARGEST_WRENCH = 1e5
-
 
 class JointNameError(InputError):
     """A message does not name each joint once."""
@@ -190,25 +187,3 @@ class Torque(NamedTuple):
     """C(q, qd) qd."""
     gravity: np.ndarray
     """g(q); zero where the effort convention leaves gravity to the robot."""
-
-
-def checked_wrench(force: Sequence[float], torque: Sequence[float]) -> np.ndarray:
-    """
-    Return force [N] and torque [N m] as an array (2, 3).
-
-    Parameters
-    ----------
-    force, torque : array_like, shape (3,)
-        In any axes.
-
-    Raises
-    ------
-    InputError
-        If there are not three of each, or one is not finite or beyond ``LARGEST_WRENCH``.
-
-    """
-    parts = [np.asarray(part, dtype=float) for part in (force, torque)]
-    if any(part.shape != (3,) or not (np.abs(part) <= LARGEST_WRENCH).all() for part in parts):
-        raise InputError(f'wrench {[part.tolist() for part in parts]}; give three finite numbers '
-                         f'each [N], [N m], of at most {LARGEST_WRENCH:g}')
-    return np.array(parts)

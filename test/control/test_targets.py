@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from ur5_ros.config import load_arm
-from ur5_ros.control.targets import in_base, pose_matrix, solve_pose
+from ur5_ros.control.targets import pose_matrix, solve_pose
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.signals import JOINT_NAMES
@@ -27,24 +27,6 @@ def test_single_precision_quaternions_pass_and_make_exact_rotations():
     quat /= np.linalg.norm(quat)
     rotation = pose_matrix([1, 2, 3], quat)[:3, :3]
     assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
-
-
-def test_base_link_is_base_turned_by_half_a_turn_and_other_frames_are_refused():
-    pose = pose_matrix([0.3, 0.2, 0.1], [0, 0, 0, 1])
-    assert_allclose(in_base(pose, 'base'), pose)
-    assert_allclose(in_base(pose, 'base_link'), TURNED @ pose)
-    assert_allclose(in_base(pose, 'left_base_link', 'left_'), TURNED @ pose)
-    for frame in ('', 'tool0', 'Base', 'left_base'):
-        with pytest.raises(InputError,
-                           match=f'frame {frame!r} is not known; .* base or base_link'):
-            in_base(pose, frame)
-
-
-def test_a_matrix_that_is_no_rotation_is_refused():
-    mirrored = np.diag([1.0, 1.0, -1.0, 1.0])
-    for bad in (mirrored, 2.0 * np.eye(4), np.eye(3), np.full((4, 4), np.nan)):
-        with pytest.raises(InputError):
-            in_base(bad, 'base')
 
 
 @pytest.mark.parametrize('name', ['ur5', 'ur5_kebria2016', 'ur10e', 'ur3e'])

@@ -42,6 +42,13 @@ class FixedWrench(FixedStamped):
         return self.layout.fill(encode_stamp(stamp), np.asarray(wrench, '<f8').tobytes())
 
 
+def force_and_torque(message: dict[str, Any]) -> tuple[list[float], list[float]]:
+    """Return the force [N] and the torque [N m] of a decoded geometry_msgs/WrenchStamped."""
+    wrench = message['wrench']
+    force, torque = ([wrench[part][axis] for axis in 'xyz'] for part in ('force', 'torque'))
+    return force, torque
+
+
 def encode_markers(stamp: int, frame_id: str, contacts: Sequence[ContactForce]) -> bytes:
     """
     Return the arrows of contacts as a visualization_msgs/MarkerArray.

@@ -8,6 +8,7 @@ import numpy as np
 
 from ur5_ros.config.records import Meta, Record, Three
 from ur5_ros.errors import InputError
+from ur5_ros.model.frames import BASE_FROM_BASE_LINK
 from ur5_ros.model.rotations import rotation_of_rpy
 
 Size = Annotated[float, Meta(gt=0.0, le=100.0)]
@@ -45,7 +46,7 @@ def base_pose(solid: Solid, frame: str = 'base') -> np.ndarray:
     pose = np.eye(4)
     pose[:3, :3] = rotation_of_rpy(*np.deg2rad(solid.rpy_degrees))
     pose[:3, 3] = solid.position
-    return np.diag([-1.0, -1.0, 1.0, 1.0]) @ pose if frame == 'base_link' else pose
+    return BASE_FROM_BASE_LINK @ pose if frame == 'base_link' else pose
 
 
 def check_shape(solid: Solid, where: str) -> None:

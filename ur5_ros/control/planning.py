@@ -10,11 +10,12 @@ from ur5_ros.control.experiment import ExperimentTrajectory
 from ur5_ros.control.joint_trajectory import TrajectoryPoint, check_points, joint_spline
 from ur5_ros.control.point_to_point import point_to_point, smooth_stop
 from ur5_ros.control.settings import Settings
-from ur5_ros.control.targets import in_base, solve_pose, wrench_in_base
+from ur5_ros.control.targets import solve_pose
 from ur5_ros.control.tolerances import GoalError, ResultCode
 from ur5_ros.control.tool_motion import Branch, tool_motion
 from ur5_ros.control.trajectory import SECOND, Trajectory, TrajectorySequence
 from ur5_ros.errors import InputError
+from ur5_ros.model.frames import pose_in_base, wrench_in_base
 from ur5_ros.signals import ArmState, Reference, joint_order, joint_values
 from ur5_ros.wording import number_of
 
@@ -52,7 +53,7 @@ def plan_pose(settings: Settings, start: Reference, pose: np.ndarray, frame: str
 
     ``pose`` (4, 4): desired pose; ``frame``: ``base`` or ``base_link``.
     """
-    q, branch = solve_pose(in_base(pose, frame, settings.prefix), start.q, settings.arm,
+    q, branch = solve_pose(pose_in_base(pose, frame, settings.prefix), start.q, settings.arm,
                            settings.max_joint_jump)
     return Plan(point_to_point(start, q, settings.motion_limits, settings.arm), branch)
 
@@ -92,7 +93,7 @@ def plan_path(
     path begins when its first pose is reached; all equal = timed by ``tool_speed``; ``frame``:
     ``base`` or ``base_link``.
     """
-    poses = in_base(poses, frame, settings.prefix)
+    poses = pose_in_base(poses, frame, settings.prefix)
     if len(poses) < 2:
         raise InputError(f'the path has {number_of(len(poses), "pose")}; give two or more, or use '
                          '~/target_pose')
@@ -144,4 +145,4 @@ def desired_wrench(settings: Settings, state: ArmState, force: Sequence[float],
     """Return force [N] and torque [N m] that the tool should press with, in base, shape (6,)."""
     if settings.mode != 'cartesian_impedance':
         raise InputError(f'mode is {settings.mode}; set mode to cartesian_impedance first')
-    return wrench_in_base(force, torque, frame, settings.prefix, state.q, settings.arm)
+    return wrench_in_base(force, torque, frame, state.q, settings.arm, settings.prefix)

@@ -1,11 +1,6 @@
 """The external wrench at the tool: in ``base``, until another comes or its time is over."""
 
-from collections.abc import Sequence
-
 import numpy as np
-
-from ur5_ros.errors import InputError
-from ur5_ros.signals import checked_wrench
 
 
 class ExternalWrench:
@@ -23,14 +18,8 @@ class ExternalWrench:
         self.value = np.zeros(6)
         """In ``base``, shape (6,)."""
 
-    def set(self, force: Sequence[float], torque: Sequence[float], frame: str, k: int,
-            duration: float) -> None:
+    def set(self, wrench: np.ndarray, k: int, duration: float) -> None:
         """Let a wrench act from period ``k`` on, for a duration [s] above zero."""
-        wrench = checked_wrench(force, torque).ravel()
-        if frame not in ('base', 'base_link'):
-            raise InputError(f'wrench in frame {frame!r}; give base or base_link')
-        if frame == 'base_link':  # base is base_link turned by Rz(pi)
-            wrench = wrench * [-1.0, -1.0, 1.0, -1.0, -1.0, 1.0]
         self.value = wrench + 0.0  # no negative zeros
         lasts = wrench.any() and duration > 0.0
         self.end = k + max(1, round(duration * self._rate)) if lasts else None

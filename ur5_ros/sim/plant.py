@@ -8,6 +8,7 @@ import numpy as np
 from ur5_ros.config import load_arm
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.worlds import EMPTY_WORLD, World, world_from
+from ur5_ros.model.frames import wrench_in_base
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import JOINT_NAMES, ArmState, stamp_of_period
 from ur5_ros.sim.command_delay import CommandDelay
@@ -181,7 +182,7 @@ class Plant:
         force, torque : array_like, shape (3,)
             Force [N] and torque [N m] on the tool, at the origin of ``tool0``.
         frame : str
-            ``base`` or ``base_link``: the axes that they are given in.
+            Their axes: ``base``, ``base_link``, or ``tool0`` as it stands now.
 
         Raises
         ------
@@ -189,7 +190,8 @@ class Plant:
             If the frame is another or a number is not finite.
 
         """
-        self._wrench.set(force, torque, frame, self.k, self.parameters.wrench_duration)
+        self._wrench.set(wrench_in_base(force, torque, frame, self.truth.q, self.arm), self.k,
+                         self.parameters.wrench_duration)
         self._apply_parameters()
         wrench = self._wrench.value.tolist()
         self._log('wrench', f'wrench at the tool {wrench}', force=wrench[:3], torque=wrench[3:],

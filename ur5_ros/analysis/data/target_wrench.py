@@ -4,7 +4,8 @@ from ur5_ros.analysis.data.bags import BagData
 from ur5_ros.analysis.data.node_records import messages_of
 from ur5_ros.analysis.data.run import States, TargetWrench
 from ur5_ros.cdr.codec import decode
-from ur5_ros.control.targets import wrench_in_base
+from ur5_ros.cdr.contact_messages import force_and_torque
+from ur5_ros.model.frames import wrench_in_base
 
 
 def target_wrenches(bag: BagData, states: States) -> tuple[TargetWrench, ...]:
@@ -24,9 +25,8 @@ def target_wrenches(bag: BagData, states: States) -> tuple[TargetWrench, ...]:
         if not 0 < first < len(received.stamp):
             continue
         message = decode('geometry_msgs/msg/WrenchStamped', data)
-        force, torque = ([message['wrench'][part][axis] for axis in 'xyz']
-                         for part in ('force', 'torque'))
         row = min(first, len(states.q)) - 1
         found.append(TargetWrench(int(received.stamp[first]), wrench_in_base(
-            force, torque, message['header']['frame_id'], prefix, states.q[row], arm)))
+            *force_and_torque(message), message['header']['frame_id'], states.q[row], arm,
+            prefix)))
     return tuple(found)

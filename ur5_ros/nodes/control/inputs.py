@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ur5_ros.cdr.contact_messages import force_and_torque
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.nodes.control.cycle import ControlCycle
@@ -54,9 +55,8 @@ class ControlInputs:
 
     def _take_wrench(self, record: int, data: bytes) -> None:
         message = read_message('geometry_msgs/msg/WrenchStamped', data)
-        force, torque = ([message['wrench'][part][axis] for axis in 'xyz']
-                         for part in ('force', 'torque'))
-        self._cycle.controller.target_wrench(force, torque, message['header']['frame_id'])
+        self._cycle.controller.target_wrench(
+            *force_and_torque(message), message['header']['frame_id'])
         self._recording.write(record, data)
 
 

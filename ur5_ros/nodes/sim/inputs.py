@@ -5,15 +5,17 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.bag.payload_hash import PayloadHash
+from ur5_ros.cdr.contact_messages import force_and_torque
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
+from ur5_ros.model.frames import wrench_in_base
 from ur5_ros.nodes.ros.background_executor import LoopRequests
 from ur5_ros.nodes.ros.diagnostics import Refusals
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, EffortReader, read_message
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Loop, Topics
 from ur5_ros.nodes.sim.services import StepQueue
-from ur5_ros.nodes.sim.simulation import Simulation, set_wrench
+from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
 
@@ -111,7 +113,10 @@ class SimInputs:
 
     def _take_wrench(self, topic: str, record: int, data: bytes) -> None:
         message = read_message('geometry_msgs/msg/WrenchStamped', data)
-        set_wrench(self._simulation.plant, message, self._prefix)
+        plant, (force, torque) = self._simulation.plant, force_and_torque(message)
+        wrench = wrench_in_base(force, torque, message['header']['frame_id'], plant.truth.q,
+                                plant.arm, self._prefix)
+        plant.apply_wrench(wrench[:3].tolist(), wrench[3:].tolist())
         self._recording.write(record, data)
         self._simulation.send_events(self._simulation.plant)
 

@@ -16,6 +16,7 @@ from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.config.topics import SIM_NODE, SIM_TOPICS, WORLD_TOPICS
 from ur5_ros.config.worlds import world_text
 from ur5_ros.errors import InputError
+from ur5_ros.model.frames import wrench_in_base
 from ur5_ros.nodes.ros.background_executor import poll_graph
 from ur5_ros.nodes.ros.diagnostics import WAITING_PERIOD, EverySecond, Throttle
 from ur5_ros.nodes.ros.parameters import open_node, update
@@ -28,7 +29,7 @@ from ur5_ros.nodes.sim.diagnostics import check_publishers, counters, report
 from ur5_ros.nodes.sim.inputs import SimInputs
 from ur5_ros.nodes.sim.loop import SimLoop
 from ur5_ros.nodes.sim.services import StepQueue, create_services
-from ur5_ros.nodes.sim.simulation import Simulation, tool_rotation
+from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.integrator import kernels_seem_cached, prepare_kernels
@@ -60,7 +61,7 @@ class SimNode:
             # wall time goes on while anything is loaded later; in lockstep it may be, not compiled
             if not (parameters.lockstep and kernels_seem_cached()):
                 prepare_kernels()
-                tool_rotation(plant)
+                wrench_in_base([0.0] * 3, [0.0] * 3, 'tool0', plant.truth.q, plant.arm)
         parameters = self.parameters = update(self.node, parameters, plant.parameters)
         self.recording = Recording(parameters.bag, 'sim', parameters.max_bagfile_duration,
                                    parameters.max_bagfile_size)

@@ -145,30 +145,3 @@ class Simulation:
 def _publication(parameters: SimParameters) -> 'ContactPublication':
     from ur5_ros.sim.world.publication import ContactPublication  # loads Numba
     return ContactPublication(parameters)
-
-
-def set_wrench(plant: Plant, message: dict[str, Any], prefix: str) -> None:
-    """
-    Apply a geometry_msgs/WrenchStamped to the tool.
-
-    ``message``: decoded message; force and torque act at the origin of ``tool0``, given in the
-    axes of ``base`` (also if no frame is named), ``base_link`` or ``tool0`` as it stands now;
-    ``prefix``: ``tf_prefix`` of the simulator.
-    """
-    frame = message['header']['frame_id']
-    name = frame.removeprefix(prefix) or 'base'
-    if name not in ('base', 'base_link', 'tool0') or frame and not frame.startswith(prefix):
-        raise InputError(f'wrench in frame {frame[:60]!r}; give {prefix}base, {prefix}base_link '
-                         f'or {prefix}tool0')
-    force, torque = (np.array([message['wrench'][part][axis] for axis in 'xyz'])
-                     for part in ('force', 'torque'))
-    if name == 'tool0':
-        turn = tool_rotation(plant)
-        force, torque, name = turn @ force, turn @ torque, 'base'
-    plant.apply_wrench(force.tolist(), torque.tolist(), name)
-
-
-def tool_rotation(plant: Plant) -> np.ndarray:
-    """Return the rotation (3, 3) from ``tool0`` to ``base`` at the exact present state."""
-    from ur5_ros.model.kinematics import forward_kinematics  # numba takes a while to import
-    return forward_kinematics(plant.truth.q + plant.arm.angle_offset, plant.arm)[:3, :3]

@@ -198,21 +198,25 @@ def light_at(bodies, lights, x, y, z, u, v, w, n, local, normal):
 
 
 @inlined
+def shades_floor(body, view, light, u, v, w, local, normal):
+    """Return whether a body stands between a light and the floor that is seen along (u, v, w)."""
+    if w >= 0.0:
+        return False
+    far = (view[FLOOR] - view[2]) / w
+    return body_hit(body, view[0] + far * u, view[1] + far * v, view[FLOOR],
+                    light[0], light[1], light[2], local, normal) < _MISS
+
+
+@inlined
 def find_shadows(bodies, shades, view, lights, owner, shadow, local, normal):
     """Write which pixels see the floor where a body stands before the first light."""
-    height, width = shadow.shape
     for i in range(len(bodies)):
         for row in range(int(shades[i, 0]), int(shades[i, 1])):
             for column in range(int(shades[i, 2]), int(shades[i, 3])):
-                if owner[row, column] >= 0 or shadow[row, column] > 0:
-                    continue
-                u, v, w = ray(view, row, column, height, width)
-                if w >= 0.0:
-                    continue
-                far = (view[FLOOR] - view[2]) / w
-                if body_hit(bodies[i], view[0] + far * u, view[1] + far * v, view[FLOOR],
-                            lights[0, 0], lights[0, 1], lights[0, 2], local, normal) < _MISS:
-                    shadow[row, column] = 1
+                if owner[row, column] < 0 and shadow[row, column] == 0:
+                    u, v, w = ray(view, row, column, *shadow.shape)
+                    shadow[row, column] = shades_floor(bodies[i], view, lights[0], u, v, w,
+                                                       local, normal)
 
 
 @kernel(R2, R2, R2, R1, R2, _DEPTHS, _BYTES, _BYTES)
