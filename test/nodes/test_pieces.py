@@ -18,7 +18,6 @@ from ur5_ros.errors import InputError
 from ur5_ros.model.rotations import position_and_quaternion
 from ur5_ros.nodes.ros import background_executor
 from ur5_ros.nodes.ros.background_executor import LoopRequests
-from ur5_ros.nodes.ros.diagnostics import Refusals, Throttle
 from ur5_ros.nodes.ros.environment import check_environment
 from ur5_ros.nodes.ros.messages import EffortReader, StateReader
 from ur5_ros.nodes.ros.process import pin_to_core
@@ -185,28 +184,6 @@ def test_a_request_that_was_refused_for_its_wait_is_not_done_later(monkeypatch):
         requests.serve()
         time.sleep(0.001)
     assert done == ['slow'] and answers == [None]
-
-
-def test_refusals_are_all_counted_and_reported_now_and_then():
-    lines = []
-    refusals = Refusals(lines.append)
-    for _ in range(1000):
-        refusals.add('/topic', 'kind', 'the reason')
-    refusals.add('/topic', 'other', 'another reason')
-    assert refusals.counts == {'/topic: kind': 1000, '/topic: other': 1}
-    assert refusals.last == '/topic: another reason'
-    assert len(lines) == 2
-
-
-def test_a_throttle_lets_a_line_through_again_after_its_time():
-    now = [0.0]
-    throttle = Throttle(5.0, lambda: now[0])
-    assert throttle('a')
-    assert throttle('b')
-    now[0] = 4.9
-    assert not throttle('a')
-    now[0] = 5.0
-    assert throttle('a')
 
 
 @pytest.mark.parametrize('environment', [

@@ -34,14 +34,10 @@ import numpy as np
 
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.signals import stamp_of_period
-from ur5_ros.sim.command_validation import (
-    PublisherMonitor,
-    RefusalCount,
-    in_joint_order,
-    is_finite,
-)
+from ur5_ros.sim.command_validation import PublisherMonitor, in_joint_order, is_finite
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.pacing import Pacer
+from ur5_ros.throttle import RefusalCount
 
 
 class Decision(NamedTuple):
@@ -171,9 +167,9 @@ class CommandGate(ABC):
         return Decision(wake=due) if self._clock() < due else None
 
     def _refuse(self, topic: str, reason: str) -> str:
-        refusal = self._refusals.add(topic, reason, self._stamp)
-        if refusal is not None:
-            self._events.append(refusal)
+        if count := self._refusals.add(topic, reason):
+            self._log('refused', f'{topic}: command refused: {reason} ({count} so far)',
+                      topic=topic, reason=reason, count=count)
         return reason
 
     def _log(self, kind: str, message: str, /, **values: Any) -> None:

@@ -1,15 +1,12 @@
-"""Commands that are refused: found, counted by reason, reported without flooding."""
+"""What is wrong with commands: their joints, their torques, several publishers."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ur5_ros.signals import JointNameError, joint_order
 from ur5_ros.sim.events import Event, event
-
-#: The same refusal is reported again after this time [s].
-REPORT_PERIOD = 1.0
 
 
 def in_joint_order(expected: Sequence[str], names: Sequence[str],
@@ -31,31 +28,6 @@ def in_joint_order(expected: Sequence[str], names: Sequence[str],
 def is_finite(torques: Sequence[float]) -> bool:
     """Return whether all torques are finite; huge ones whose sum overflows are not."""
     return math.isfinite(sum(torques))
-
-
-class RefusalCount:
-    """
-    Counts refusals by topic and reason, and reports each kind at most once a second.
-
-    ``clock``: steady time [s].
-
-    """
-
-    def __init__(self, clock: Callable[[], float]):
-        self._clock = clock
-        self._reported: dict[tuple[str, str], float] = {}
-        self.counts: dict[tuple[str, str], int] = {}
-
-    def add(self, topic: str, reason: str, stamp: int) -> Event | None:
-        """Count one; return an event if it is to be reported."""
-        key = (topic, reason)
-        count = self.counts[key] = self.counts.get(key, 0) + 1
-        now = self._clock()
-        if now - self._reported.get(key, -math.inf) < REPORT_PERIOD:
-            return None
-        self._reported[key] = now
-        return event(stamp, 'refused', f'{topic}: command refused: {reason} ({count} so far)',
-                     topic=topic, reason=reason, count=count)
 
 
 class PublisherMonitor:

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 
 from ur5_ros.config.node_parameters import SimParameters
-from ur5_ros.nodes.ros.diagnostics import Throttle
 from ur5_ros.nodes.sim import simulation as module
 from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.sim.events import event
+from ur5_ros.throttle import Throttle
 
 
 def test_the_last_line_is_the_present_state_however_often_it_changed(monkeypatch):

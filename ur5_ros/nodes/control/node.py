@@ -24,13 +24,7 @@ from ur5_ros.nodes.control.inputs import ControlInputs
 from ur5_ros.nodes.control.services import create_services
 from ur5_ros.nodes.control.topics import ControlOutputs
 from ur5_ros.nodes.ros.background_executor import LoopRequests, poll_graph
-from ur5_ros.nodes.ros.diagnostics import (
-    WAITING_PERIOD,
-    EverySecond,
-    Refusals,
-    Throttle,
-    network,
-)
+from ur5_ros.nodes.ros.diagnostics import WAITING_PERIOD, EverySecond, network
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, read_message
 from ur5_ros.nodes.ros.parameters import open_node
 from ur5_ros.nodes.ros.process import compiling, end_node, fault
@@ -38,6 +32,7 @@ from ur5_ros.nodes.ros.realtime import use_realtime
 from ur5_ros.nodes.ros.recording import Recording, refuse_folder, run_of
 from ur5_ros.nodes.ros.shutdown import StopRequest
 from ur5_ros.nodes.ros.topics import Loop, Topics, incompatible_publishers, make_loop
+from ur5_ros.throttle import RefusalCount, Throttle
 
 #: Longest wait before signals, services and the watchdog are looked at [s].
 POLL_PERIOD = 0.05
@@ -75,7 +70,7 @@ class ControlNode:
         self._names = topics.names
         self.outputs = ControlOutputs(
             self.node, topics, self.recording, self.parameters, controller.arm.name)
-        self.refusals = Refusals(self._logger.warning)
+        self._refusals, self._last_refusal = RefusalCount(), ''
         self.cycle = ControlCycle(
             controller, self.outputs, self.recording, self.parameters, self._logger,
             self._begin_run)
@@ -117,11 +112,18 @@ class ControlNode:
         try:
             take(record, data)
         except InputError as error:
-            self.refusals.add(topic, 'refused', str(error))
+            self._refuse(topic, 'refused', str(error))
             if len(data) <= MOST_RECORDED and not isinstance(error, OtherRobotError):
                 self.recording.write(record, data)
         except Exception as error:  # without an answer the robot brakes; the next state may do
-            self.refusals.add(topic, 'fault', fault(self._logger, error))
+            self._refuse(topic, 'fault', fault(self._logger, error))
+
+    def _refuse(self, topic: str, kind: str, reason: str) -> None:
+        """Count what is refused, and log it now and then."""
+        self._last_refusal = f'{topic}: {reason}'
+        if count := self._refusals.add(topic, kind):
+            self._logger.warning(
+                f'refused {topic}: {reason}' + (f' ({count} so far)' if count > 1 else ''))
 
     def prepare(self, changes: dict[str, Any]) -> None:
         """Refuse changes, or compile what they need: a controller of its own tries them."""
@@ -195,7 +197,8 @@ class ControlNode:
 
     def counters(self) -> dict[str, Any]:
         """Return what was counted so far."""
-        return {**self.cycle.counters(), **self.refusals.counts}
+        return {**self.cycle.counters(), **{
+            f'{topic}: {kind}': count for (topic, kind), count in self._refusals.counts.items()}}
 
     def _poll_graph(self) -> None:
         """Look for the publishers of states and for incompatible ones; report them to the loop."""
@@ -211,21 +214,21 @@ class ControlNode:
         def report_found() -> None:
             self._two_robots = crowded
             for sentence in found:
-                self.refusals.add(*sentence)
+                self._refuse(*sentence)
 
         self.requests.post(report_found)
 
     def _report(self) -> None:
         self.cycle.watch()
         if self.recording.failure:
-            self.refusals.add('bag', 'failure', self.recording.failure)
+            self._refuse('bag', 'failure', self.recording.failure)
         if not self.cycle.first_at:
             self._log_waiting()
         elif not self._run_name and time.monotonic() - self.cycle.first_at > NAMING_TIME:
             self._open_bag(run_of(self.recording.where, new_run_name))
             self._logger.warning('no simulator named the run; it is called ' + self._run_name)
         level, word, values = self.cycle.report()
-        values['last_refusal'] = self.refusals.last or values['last_refusal']
+        values['last_refusal'] = self._last_refusal or values['last_refusal']
         values |= self.counters() | {'bag_lost': self.recording.lost}
         self.outputs.diagnostics(self.cycle.stamp, ERROR if self._two_robots else level, word,
                                  values)

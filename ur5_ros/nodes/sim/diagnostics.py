@@ -22,7 +22,7 @@ def check_publishers(sim: 'SimNode') -> None:
         sim.second_simulator = simulators[-1] if len(simulators) > 1 else ''
         sim.publishers_conflict |= sum(map(len, names.values())) > 1
         for sentence in incompatible:
-            sim.inputs.refusals.add(*sentence)
+            sim.inputs.refuse(*sentence)
 
     sim.inputs.requests.post(report_found)
 
@@ -34,9 +34,8 @@ def counters(sim: 'SimNode') -> dict[str, Any]:
         'commands_taken': gate.accepted,
         'commands_copied': sim.inputs.copies,
         'commands_without_torque': gate.empty,
-        **{f'refused {topic}: {reason}': count
-           for (topic, reason), count in gate.refused.items()},
-        **{f'refused {key}': count for key, count in sim.inputs.refusals.counts.items()},
+        **{f'refused {topic}: {kind}': count for (topic, kind), count in (
+            gate.refused | sim.inputs.refusals.counts).items()},
         **sim.simulation.plant.counters,
         'lockstep_fired': gate.fired,
         'late_periods': gate.pacer.late,

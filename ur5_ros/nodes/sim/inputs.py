@@ -10,7 +10,6 @@ from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
 from ur5_ros.model.frames import wrench_in_base
 from ur5_ros.nodes.ros.background_executor import LoopRequests
-from ur5_ros.nodes.ros.diagnostics import Refusals
 from ur5_ros.nodes.ros.messages import MOST_RECORDED, EffortReader, read_message
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Loop, Topics
@@ -18,6 +17,7 @@ from ur5_ros.nodes.sim.services import StepQueue
 from ur5_ros.nodes.sim.simulation import Simulation
 from ur5_ros.signals import JOINT_NAMES
 from ur5_ros.sim.command_gate import CommandGate
+from ur5_ros.throttle import RefusalCount
 
 
 class SimInputs:
@@ -27,7 +27,7 @@ class SimInputs:
         self, loop: Loop, topics: Topics, recording: Recording, simulation: Simulation,
         gate: CommandGate, steps: StepQueue, parameters: SimParameters,
     ) -> None:
-        self.refusals = Refusals(lambda line: None, self._log_refusal)
+        self.refusals = RefusalCount()
         self.requests = LoopRequests(loop.wake)
         self.last_was_stamped = False
         """Whether the last command taken named its state, so that a copy does no harm."""
@@ -64,6 +64,12 @@ class SimInputs:
             self._gate.resumed()
         return bool(messages)
 
+    def refuse(self, topic: str, kind: str, reason: str) -> None:
+        """Count what is refused, and report it now and then."""
+        if count := self.refusals.add(topic, kind):
+            self._simulation.log('refused', f'{topic}: refused: {reason} ({count} so far)',
+                                 topic=topic, reason=reason, count=count)
+
     def answer_step(self) -> None:
         """Answer ``~/step``, if a period was taken for it."""
         if self._steps and self._simulation.paused:
@@ -74,7 +80,7 @@ class SimInputs:
         try:
             take(topic, record, data)
         except InputError as error:
-            self.refusals.add(topic, 'malformed', str(error))
+            self.refuse(topic, 'malformed', str(error))
             if len(data) <= MOST_RECORDED:
                 self._recording.write(record, data)
 
@@ -120,6 +126,3 @@ class SimInputs:
         self._recording.write(record, data)
         self._simulation.send_events(self._simulation.plant)
 
-    def _log_refusal(self, topic: str, reason: str, count: int) -> None:
-        self._simulation.log('refused', f'{topic}: refused: {reason} ({count} so far)',
-                              topic=topic, reason=reason, count=count)

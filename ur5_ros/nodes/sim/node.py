@@ -18,7 +18,7 @@ from ur5_ros.config.worlds import world_text
 from ur5_ros.errors import InputError
 from ur5_ros.model.frames import wrench_in_base
 from ur5_ros.nodes.ros.background_executor import poll_graph
-from ur5_ros.nodes.ros.diagnostics import WAITING_PERIOD, EverySecond, Throttle
+from ur5_ros.nodes.ros.diagnostics import WAITING_PERIOD, EverySecond
 from ur5_ros.nodes.ros.parameters import open_node, update
 from ur5_ros.nodes.ros.process import compiling, end_node
 from ur5_ros.nodes.ros.realtime import use_realtime
@@ -36,6 +36,7 @@ from ur5_ros.sim.integrator import kernels_seem_cached, prepare_kernels
 from ur5_ros.sim.lockstep_gate import command_gate
 from ur5_ros.sim.plant import Plant, plant_from_parameters
 from ur5_ros.sim.urdf import urdf_text
+from ur5_ros.throttle import Throttle
 
 
 class SimNode:

@@ -6,12 +6,12 @@ import numpy as np
 
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
-from ur5_ros.nodes.ros.diagnostics import Throttle
 from ur5_ros.nodes.sim.topics import SimOutputs
 from ur5_ros.signals import ArmState
 from ur5_ros.sim.command_gate import CommandGate
 from ur5_ros.sim.events import Event, event
 from ur5_ros.sim.plant import Plant
+from ur5_ros.throttle import Throttle
 
 if TYPE_CHECKING:
     from ur5_ros.sim.world.publication import ContactPublication
