@@ -1,8 +1,8 @@
 """The table of node parameters: defaults valid, wrong values refused by name."""
 
-import dataclasses
 import math
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -30,7 +30,7 @@ def test_every_default_is_valid_described_and_named_once(table):
 def test_a_record_has_a_field_of_the_declared_type_for_every_parameter(record):
     declared = {each.name.replace('.', '_'): type(each.default).__name__
                 for each in record.declared}
-    fields = {field.name: field.type.__name__ for field in dataclasses.fields(record)}
+    fields = {field.name: field.type.__name__ for field in msgspec.structs.fields(record)}
     assert fields == declared  # list[float] is named list
     parameters = record.of({'tf_prefix': 'left_'})
     assert parameters.changed_by_name() == {'tf_prefix': 'left_'}

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -92,7 +91,7 @@ def test_growth_stops_at_what_is_not_yet_written(both, tmp_path):
 @pytest.mark.parametrize('composed', [False, True])
 def test_a_node_that_ends_early_is_reported_with_its_own_words(composed, tmp_path):
     plan = run_config(duration=0.5)
-    plan = plan._replace(control=replace(plan.control, experiment='fig12'))
+    plan = plan._replace(control=plan.control.replaced({'experiment': 'fig12'}))
     with pytest.raises(InputError, match='fig12'):
         run_two_nodes(plan, tmp_path, composed=composed)
     log = 'closed_loop.log' if composed else 'control.log'

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.cdr.codec import decode, encode
+from ur5_ros.cdr.decoded import header_of, stamp_of
 from ur5_ros.cdr.fixed_messages import FixedStamped, encode_stamp
 
 #: Length of an arrow by the force that it stands for [m/N].
@@ -42,13 +43,6 @@ class FixedWrench(FixedStamped):
         return self.layout.fill(encode_stamp(stamp), np.asarray(wrench, '<f8').tobytes())
 
 
-def force_and_torque(message: dict[str, Any]) -> tuple[list[float], list[float]]:
-    """Return the force [N] and the torque [N m] of a decoded geometry_msgs/WrenchStamped."""
-    wrench = message['wrench']
-    force, torque = ([wrench[part][axis] for axis in 'xyz'] for part in ('force', 'torque'))
-    return force, torque
-
-
 def encode_markers(stamp: int, frame_id: str, contacts: Sequence[ContactForce]) -> bytes:
     """
     Return the arrows of contacts as a visualization_msgs/MarkerArray.
@@ -57,7 +51,7 @@ def encode_markers(stamp: int, frame_id: str, contacts: Sequence[ContactForce]) 
     a newton, from the place of the contact; ``ns`` names the bodies, ``text`` the coefficient.
 
     """
-    header = _header(stamp, frame_id)
+    header = header_of(stamp, frame_id)
     markers = [_marker(header, _DELETE_ALL, '', 0, '', None, FORCE_COLOURS[0])]
     for i, each in enumerate(contacts):
         for j, force in enumerate((each.normal, each.lateral)):
@@ -77,13 +71,13 @@ def decode_markers(data: bytes) -> tuple[int, list[ContactForce]]:
         found.append(ContactForce(
             (one, other), place, (_point(normal['points'][1]) - place) / ARROW_SCALE,
             (_point(lateral['points'][1]) - place) / ARROW_SCALE, float(normal['text'])))
-    return _stamp(first['header']), found
+    return stamp_of(first['header']), found
 
 
 def encode_poses(stamp: int, frame_id: str,
                  poses: Sequence[tuple[np.ndarray, np.ndarray]]) -> bytes:
     """Return positions [m] and quaternions (x, y, z, w) as a geometry_msgs/PoseArray."""
-    return encode(_POSES, {'header': _header(stamp, frame_id), 'poses': [
+    return encode(_POSES, {'header': header_of(stamp, frame_id), 'poses': [
         {'position': dict(zip('xyz', map(float, place), strict=True)),
          'orientation': dict(zip('xyzw', map(float, turn), strict=True))}
         for place, turn in poses]})
@@ -94,16 +88,7 @@ def decode_poses(data: bytes) -> tuple[int, np.ndarray]:
     message = decode(_POSES, data)
     rows = [[*(pose['position'][axis] for axis in 'xyz'),
              *(pose['orientation'][axis] for axis in 'xyzw')] for pose in message['poses']]
-    return _stamp(message['header']), np.array(rows, dtype=float).reshape(-1, 7)
-
-
-def _header(stamp: int, frame_id: str) -> dict[str, Any]:
-    seconds, nanoseconds = divmod(stamp, 1_000_000_000)
-    return {'stamp': {'sec': seconds, 'nanosec': nanoseconds}, 'frame_id': frame_id}
-
-
-def _stamp(header: dict[str, Any]) -> int:
-    return header['stamp']['sec'] * 1_000_000_000 + header['stamp']['nanosec']
+    return stamp_of(message['header']), np.array(rows, dtype=float).reshape(-1, 7)
 
 
 def _marker(header: dict[str, Any], action: int, ns: str, number: int, text: str,

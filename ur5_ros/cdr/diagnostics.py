@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ur5_ros.cdr.codec import encode
+from ur5_ros.cdr.decoded import header_of
 
 OK, WARN, ERROR, STALE = range(4)
 
@@ -17,9 +18,8 @@ def status_array(
 
     ``stamp``: header stamp [ns]; ``level``: ``OK``, ``WARN``, ``ERROR`` or ``STALE``.
     """
-    seconds, nanoseconds = divmod(stamp, 1_000_000_000)
     return encode('diagnostic_msgs/msg/DiagnosticArray', {
-        'header': {'stamp': {'sec': seconds, 'nanosec': nanoseconds}, 'frame_id': ''},
+        'header': header_of(stamp),
         'status': [{
             'level': level, 'name': name, 'message': message, 'hardware_id': hardware_id,
             'values': [{'key': key, 'value': str(value)} for key, value in values.items()],

@@ -1,16 +1,17 @@
 """Parameters of the two nodes as typed records; :mod:`ur5_ros.config.parameters` declares them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import Any, ClassVar, TypeVar
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from ur5_ros.config.parameters import CONTROL_PARAMETERS, SIM_PARAMETERS, Parameter, complete
 
 Record = TypeVar('Record', bound='NodeParameters')
 
 
-@dataclass(frozen=True)
-class NodeParameters:
+class NodeParameters(Struct, frozen=True, kw_only=True):
     """What both nodes have; the field of ``payload.mass`` is ``payload_mass``."""
 
     declared: ClassVar[tuple[Parameter, ...]] = ()
@@ -53,8 +54,7 @@ class NodeParameters:
         return replace(self, **{field_of(name): value for name, value in values.items()})
 
 
-@dataclass(frozen=True)
-class SimParameters(NodeParameters):
+class SimParameters(NodeParameters, frozen=True, kw_only=True):
     """Every parameter of the simulator."""
 
     declared = SIM_PARAMETERS
@@ -111,8 +111,7 @@ class SimParameters(NodeParameters):
     force_limit: float
 
 
-@dataclass(frozen=True)
-class ControlParameters(NodeParameters):
+class ControlParameters(NodeParameters, frozen=True, kw_only=True):
     """Every parameter of the controller."""
 
     declared = CONTROL_PARAMETERS

@@ -1,6 +1,5 @@
 """Parameters of the two nodes, declared once for nodes, bags, loop, sweeps and documents."""
 
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -253,7 +252,8 @@ def check(parameter: Parameter, value: Any) -> Any:
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return the known names that are most like a wrong one, and where all of them are."""
-    alike = difflib.get_close_matches(name, known, 5, 0.4)
+    from difflib import get_close_matches  # of use for a wrong name alone
+    alike = get_close_matches(name, known, 5, 0.4)
     found = f'the nearest are: {", ".join(alike)}; ' if alike else ''
     return f'{found}--help of the node lists all'
 

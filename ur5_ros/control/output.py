@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ur5_ros.control.execution import TrajectoryExecutor
-from ur5_ros.control.laws.cartesian_impedance import inverse_is_limited
 from ur5_ros.control.tool_motion import singularity_distance
 from ur5_ros.model.parameters import ArmParameters
 from ur5_ros.signals import ArmState, Reference, Torque
@@ -76,5 +75,10 @@ def describe(
         'largest_error': float(np.abs(state.q - output.reference.q).max()),
         'seconds_left': max(0, left) / 1e9,
         'torque_limited': output.limited,
-        'inverse_limited': mode == 'cartesian_impedance' and inverse_is_limited(state.q, arm),
+        'inverse_limited': mode == 'cartesian_impedance' and _inverse_is_limited(state.q, arm),
     }
+
+
+def _inverse_is_limited(q: np.ndarray, arm: ArmParameters) -> bool:
+    from ur5_ros.control.laws.cartesian_impedance import inverse_is_limited  # there with its law
+    return inverse_is_limited(q, arm)

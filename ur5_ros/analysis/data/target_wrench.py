@@ -4,7 +4,7 @@ from ur5_ros.analysis.data.bags import BagData
 from ur5_ros.analysis.data.node_records import messages_of
 from ur5_ros.analysis.data.run import States, TargetWrench
 from ur5_ros.cdr.codec import decode
-from ur5_ros.cdr.contact_messages import force_and_torque
+from ur5_ros.cdr.decoded import force_and_torque
 from ur5_ros.model.frames import wrench_in_base
 
 
@@ -27,6 +27,6 @@ def target_wrenches(bag: BagData, states: States) -> tuple[TargetWrench, ...]:
         message = decode('geometry_msgs/msg/WrenchStamped', data)
         row = min(first, len(states.q)) - 1
         found.append(TargetWrench(int(received.stamp[first]), wrench_in_base(
-            *force_and_torque(message), message['header']['frame_id'], states.q[row], arm,
-            prefix)))
+            *force_and_torque(message['wrench']), message['header']['frame_id'], states.q[row],
+            arm, prefix)))
     return tuple(found)

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from ur5_ros.cdr.contact_messages import force_and_torque
+from ur5_ros.cdr.decoded import force_and_torque, stamp_of
 from ur5_ros.control.joint_trajectory import TrajectoryPoint
 from ur5_ros.control.targets import pose_matrix
 from ur5_ros.nodes.control.cycle import ControlCycle
-from ur5_ros.nodes.ros.messages import read_message, stamp_of
+from ur5_ros.nodes.ros.messages import read_message
 from ur5_ros.nodes.ros.recording import Recording
 from ur5_ros.nodes.ros.topics import Topics
 
@@ -56,7 +56,7 @@ class ControlInputs:
     def _take_wrench(self, record: int, data: bytes) -> None:
         message = read_message('geometry_msgs/msg/WrenchStamped', data)
         self._cycle.controller.target_wrench(
-            *force_and_torque(message), message['header']['frame_id'])
+            *force_and_torque(message['wrench']), message['header']['frame_id'])
         self._recording.write(record, data)
 
 

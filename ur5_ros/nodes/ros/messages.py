@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.cdr.codec import decode
+from ur5_ros.cdr.decoded import stamp_of
 from ur5_ros.cdr.fixed_messages import FixedJointState
 from ur5_ros.errors import InputError
 from ur5_ros.signals import ArmState, joint_order, joint_values
@@ -43,11 +44,6 @@ def read_message(type_name: str, data: bytes) -> dict[str, Any]:
     if len(data) > MOST_BYTES[type_name]:
         raise InputError(f'{len(data)} bytes; at most {MOST_BYTES[type_name]} are read')
     return decode(type_name, data)
-
-
-def stamp_of(header: dict[str, Any]) -> int:
-    """Return the stamp of a header [ns]."""
-    return int(header['stamp']['sec']) * 1_000_000_000 + int(header['stamp']['nanosec'])
 
 
 class EffortReader:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.bag.payload_hash import PayloadHash
-from ur5_ros.cdr.contact_messages import force_and_torque
+from ur5_ros.cdr.decoded import force_and_torque
 from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
 from ur5_ros.model.frames import wrench_in_base
@@ -119,7 +119,7 @@ class SimInputs:
 
     def _take_wrench(self, topic: str, record: int, data: bytes) -> None:
         message = read_message('geometry_msgs/msg/WrenchStamped', data)
-        plant, (force, torque) = self._simulation.plant, force_and_torque(message)
+        plant, (force, torque) = self._simulation.plant, force_and_torque(message['wrench'])
         wrench = wrench_in_base(force, torque, message['header']['frame_id'], plant.truth.q,
                                 plant.arm, self._prefix)
         plant.apply_wrench(wrench[:3].tolist(), wrench[3:].tolist())
