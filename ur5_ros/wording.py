@@ -1,4 +1,6 @@
-"""Numbers in sentences: noun and verb agree with the number before them."""
+"""Words in sentences: noun and verb agree with the number before them; how a run is called."""
+
+from pathlib import Path
 
 _SINGULAR = {'have': 'has', 'are': 'is', 'go': 'goes', 'do': 'does', 'pass': 'passes'}
 
@@ -15,3 +17,10 @@ def agree(count: int, predicate: str) -> str:
     if count == 1:
         verb = _SINGULAR.get(verb, f'{verb}s')
     return f'{verb} {rest}'.strip()
+
+
+def run_title(folder: str, name: str) -> str:
+    """Return how people call a run: by its folder, or by its name where it has none."""
+    path = Path(folder)
+    return f'{path.parent.name}/{path.name}' if path.name in ('sim', 'control') else (
+        path.name or name)

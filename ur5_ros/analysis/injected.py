@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.data.run import NodeRecord, Run
 from ur5_ros.config.parameters import SIM_PARAMETERS
 
 #: Live parameters that add nothing to the plant.
@@ -26,10 +26,22 @@ def injections(run: Run) -> list[Injection]:
 def _at_start(run: Run) -> Iterator[Injection]:
     if run.sim is None:
         return
+    own = _of_arm_file(run.sim)
+    if own:
+        yield Injection(0.0, f'friction of {run.sim.arm_name}')
     for parameter in SIM_PARAMETERS:
         value = run.sim.parameters.get(parameter.name, parameter.default)
-        if parameter.live and parameter.name not in _NEUTRAL and value != parameter.default:
+        if (parameter.live and parameter.name not in (*_NEUTRAL, *own)
+                and value != parameter.default):
             yield Injection(0.0, f'{parameter.name} {_value(value)}')
+
+
+def _of_arm_file(sim: NodeRecord) -> list[str]:
+    """Return the parameters of friction that have their values from the arm's file."""
+    if not sim.parameters.get('friction.from_arm'):
+        return []
+    parts = {f'friction.{part}': value.tolist() for part, value in vars(sim.arm.friction).items()}
+    return [name for name, value in parts.items() if sim.parameters.get(name) == value]
 
 
 def _later(run: Run) -> Iterator[Injection]:

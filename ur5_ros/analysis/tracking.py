@@ -30,16 +30,17 @@ class ToolTracking(NamedTuple):
 
 def tool_tracking(run: Run, arm: ArmParameters, desired_arm: ArmParameters) -> ToolTracking:
     """Return the poses of ``arm``, the desired ones of ``desired_arm``, and the errors."""
-    made, star = forward_kinematics(run.exact.q + arm.angle_offset, arm), run.required_reference
-    known = np.isfinite(star.q).all(axis=1)
+    made = forward_kinematics(run.exact.q + arm.angle_offset, arm)
+    star = np.full(run.exact.q.shape, np.nan) if run.reference is None else run.reference.q
+    known = np.isfinite(star).all(axis=1)
     desired = np.full(made.shape, np.nan)
-    desired[known] = forward_kinematics(star.q[known] + desired_arm.angle_offset, desired_arm)
+    desired[known] = forward_kinematics(star[known] + desired_arm.angle_offset, desired_arm)
     distance, angle = np.full((2, len(made)), np.nan)
-    distance[known], angle[known] = _pose_errors(made[known], desired[known])
     desired_vector = np.full((len(made), 3), np.nan)
-    desired_vector[known] = continuous_vectors(rotation_vector(desired[known, :3, :3]))
     vector = continuous_vectors(rotation_vector(made[:, :3, :3]))
     if known.any():
+        distance[known], angle[known] = _pose_errors(made[known], desired[known])
+        desired_vector[known] = continuous_vectors(rotation_vector(desired[known, :3, :3]))
         vector = _same_sheet(vector, desired_vector, int(np.argmax(known)))
     return ToolTracking(made[:, :3, 3], desired[:, :3, 3], vector, desired_vector, distance, angle)
 

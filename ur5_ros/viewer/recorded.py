@@ -14,6 +14,7 @@ from ur5_ros.viewer.page import MARKS, Page
 from ur5_ros.viewer.track import arm_of, track, tree_of
 from ur5_ros.viewer.world_scene import WorldScene
 from ur5_ros.viewer.world_track import FORCE_NAMES
+from ur5_ros.wording import run_title
 
 FRAME = 1 / 25
 
@@ -29,7 +30,8 @@ class RecordedView:
     def __init__(self, run: Run, port: int = 8080):
         tree = tree_of(arm_of(run), run.sim.world if run.sim else None)
         self.track = track(run, tree)
-        self.page = Page(tree, self.track, f'ur5 {run.name}', port, injections(run)[:MARKS])
+        self.page = Page(tree, self.track, f'ur5 {run_title(run.folder, run.name)}', port,
+                         injections(run)[:MARKS])
         self.page.arm.path('measured', self.track.tool, MEASURED)
         self.page.arm.path('reference', self.track.tool_reference, REFERENCE)
         self.world = WorldScene(self.page.server, run)

@@ -12,6 +12,8 @@ from ur5_ros.analysis.report.html import html_text
 from ur5_ros.analysis.validate import validate
 from ur5_ros.cli.terminal import number
 from ur5_ros.config import SIM_PARAMETERS, complete, load_arm
+from ur5_ros.config.friction import with_arm_friction
+from ur5_ros.config.node_parameters import SimParameters
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics
 from ur5_ros.model.rotations import quaternion_of
@@ -142,3 +144,12 @@ def test_what_is_added_to_the_plant_is_named():
     run = run_of(seconds=0.5, **{'payload.mass': 2.0, 'noise.velocity': 0.001})
     added = [each['what'] for each in validate(run).about['injected']]
     assert added == ['payload.mass 2', 'noise.velocity 0.001']
+
+
+def test_friction_of_the_arms_file_is_named_in_a_word():
+    given = {'friction.from_arm': True, 'friction.temperature_factor': [0.75] * 6}
+    run = run_of('ur5e_real', seconds=0.01, **given)
+    from_file = with_arm_friction(SimParameters.of(run.sim.parameters), run.sim.arm.friction)
+    run = replace(run, sim=replace(run.sim, parameters=from_file.by_name()))
+    added = [each['what'] for each in validate(run).about['injected']]
+    assert added == ['friction of ur5e_real', 'friction.temperature_factor 0.75']

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from plotly.offline import get_plotlyjs
 
+from ur5_ros.analysis.data.given_reference import given_reference
 from ur5_ros.analysis.data.run import RecordedEvent
 from ur5_ros.analysis.report.figures import CURVE_PIECES, envelope, figures
 from ur5_ros.analysis.report.html import html_text, write_html
@@ -39,6 +40,25 @@ def test_the_report_opens_from_disk_and_loads_nothing(clean_run, tmp_path):
     without_scripts = re.sub(r'<script.*?</script>', '', text, flags=re.DOTALL)
     assert not re.search(r'(src|href)\s*=', without_scripts)
     assert without_scripts.index('>pass<') < without_scripts.index('<h2>Checks')
+
+
+def test_a_law_of_others_has_its_path_its_error_and_its_torque_before_the_checks(simulated):
+    run = replace(simulated(seconds=0.3), control=None)
+    goal = replace(run, reference=given_reference(run, '0.1,-1.2,1.5,-1.8,-1.4,0.2'))
+    plots = {each.key: each for each in figures(validate(goal))}
+    assert [key for key, each in plots.items() if each.first] == ['path', 'pose_error', 'torque']
+    assert [trace['mode'] for trace in plots['path'].traces] == ['markers', 'lines'], 'one point'
+    assert 'error' in plots
+    alone = figures(validate(replace(run, reference=None)))
+    assert [each.key for each in alone if each.first] == ['path', 'joint_position', 'torque']
+    assert [trace['name'] for trace in alone[0].traces] == ['measured']
+
+
+def test_a_report_is_headed_by_the_folder_and_has_the_name_of_the_run_beside(clean_run):
+    for folder, head in (('bags/mine', 'mine'), ('bags/mine/sim', 'mine/sim'), ('', 'x')):
+        text = html_text(validate(replace(clean_run, name='x', folder=folder)))
+        assert f'<h1>{head}</h1>' in text and f'{head}</title>' in text
+        assert '<span>run</span>x</div>' in text
 
 
 def test_only_the_script_of_the_page_may_run_and_what_it_unpacks(clean_run):

@@ -33,8 +33,10 @@ _NAMES = ('error step', 'error recursion', 'error continuous')
 def law_checks(run: Run, marks: Marks) -> tuple[list[Check], dict[str, Any]]:
     """Return the checks of error equation and tracking, and the series for the figures."""
     if run.reference is None or run.control is None:
-        why = 'no reference is recorded: the law is not judged'
-        return [not_applicable(name, why) for name in (*_NAMES, *TRACKING_NAMES)], {}
+        why = ('no reference is recorded: the law is not judged' if run.reference is None else
+               'the law is not recorded; see the checks of the controller')
+        series = {'tool': tool_tracking(run, run.sim.arm, run.sim.arm)} if run.sim else {}
+        return [not_applicable(name, why) for name in (*_NAMES, *TRACKING_NAMES)], series
     arm = run.sim.arm if run.sim else run.control.arm
     tool = tool_tracking(run, arm, run.control.arm)
     checks, dynamics = _error_checks(run, marks)

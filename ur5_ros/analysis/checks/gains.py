@@ -30,7 +30,8 @@ def gains_check(run: Run, marks: Marks, dynamics: ErrorDynamics | None) -> Check
     """Return whether the recorded error follows the gains that the bag states."""
     name = 'gains'
     if dynamics is None:
-        return not_applicable(name, 'no reference is recorded')
+        return not_applicable(name, 'no reference is recorded' if run.reference is None else
+                              'the law is not recorded')
     laws = [law for law in laws_of(run) if law.promised]
     if not laws:
         return not_applicable(name, 'only computed torque promises a linear error equation')

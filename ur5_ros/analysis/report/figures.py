@@ -29,6 +29,8 @@ def figures(result: Result) -> list[Figure]:
     found += _joint_figures(series['run'])
     if 'dynamics' in series:
         found += _error_figures(series)
+    elif 'tool' in series and series['run'].reference is not None:
+        found.append(_error_figure(series['run']))
     found += _torque_figures(series) + _residual_figures(series)
     if 'smoothed' in series:
         t, unexplained_torque = series['smoothed']
@@ -81,19 +83,20 @@ def envelope(values: np.ndarray, pieces: int = CURVE_PIECES) -> np.ndarray:
 
 def _tool_figures(series) -> list[Figure]:
     run, tool = series['run'], series['tool']
-    t = run.t
+    t, known = run.t, bool(np.isfinite(tool.distance).any())
     found = [Figure(
         'path', 'Tool path from above', 'Position of the tool in the frame base, seen along z: '
-        'measured and reference.',
-        [path_trace(tool.desired_position, 'reference', REFERENCE, 'dot'),
+        f'measured{" and reference" if known else ""}.',
+        [*([path_trace(tool.desired_position, 'reference', REFERENCE, 'dot')] if known else ()),
          path_trace(tool.position, 'measured', MEASURED)],
         'y in base [m]', x='x in base [m]', first=True, equal=True)]
-    found.append(Figure(
-        'pose_error', 'Tool error', 'Distance of the tool from its reference, and angle between '
-        'them.',
-        [curve(t, magnitudes(tool.distance * 1e3), 'position [mm]', MEASURED),
-         curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', SERIES[1])],
-        'error [mm, mrad]', log=True, first=True))
+    if known:
+        found.append(Figure(
+            'pose_error', 'Tool error', 'Distance of the tool from its reference, and angle '
+            'between them.',
+            [curve(t, magnitudes(tool.distance * 1e3), 'position [mm]', MEASURED),
+             curve(t, magnitudes(tool.angle * 1e3), 'orientation [mrad]', SERIES[1])],
+            'error [mm, mrad]', log=True, first=True))
     for key, title, measured, desired, unit in (
             ('position', 'Tool position', tool.position, tool.desired_position, 'm'),
             ('orientation', 'Tool orientation', tool.orientation,
@@ -102,17 +105,23 @@ def _tool_figures(series) -> list[Figure]:
         traces = []
         for i, name in enumerate(names):
             traces.append(curve(t, measured[:, i], name, AXIS_COLOURS[i]))
-            traces.append(curve(t, desired[:, i], f'{name}, reference', AXIS_COLOURS[i], 'dot',
-                                2.4))
+            if known:
+                traces.append(curve(t, desired[:, i], f'{name}, reference', AXIS_COLOURS[i],
+                                    'dot', 2.4))
         caption = ('Position of the tool in the frame base' if key == 'position' else
                    'Rotation vector of the tool in the frame base')
-        found.append(Figure(key, title, f'{caption}: measured (line) and reference (dots).',
-                            traces, f'{key} [{unit}]'))
+        found.append(Figure(
+            key, title, f'{caption}{": measured (line) and reference (dots)" if known else ""}.',
+            traces, f'{key} [{unit}]'))
     return found
 
 
 def path_trace(points: np.ndarray, name: str, colour: str, dash: str = 'solid') -> dict:
-    """Return the way of points (n, 3) in the x-y plane."""
+    """Return the way of points (n, 3) in the x-y plane; a mark where they are one."""
+    if np.ptp(points[:, :2], axis=0).max() < 1e-6:
+        return {'type': 'scatter', 'mode': 'markers', 'name': name,
+                'x': packed(points[:1, 0]), 'y': packed(points[:1, 1]),
+                'marker': {'color': colour, 'size': 10, 'symbol': 'x'}}
     rows = np.unique(np.linspace(0, len(points) - 1, 2 * CURVE_PIECES).round().astype(int))
     return {'type': 'scatter', 'mode': 'lines', 'name': name, 'x': packed(points[rows, 0]),
             'y': packed(points[rows, 1]), 'line': {'color': colour, 'width': 2, 'dash': dash}}
@@ -132,8 +141,17 @@ def _joint_figures(run: Run) -> list[Figure]:
             caption = 'Measured (line) and reference (dots).'
             traces += [curve(run.t, desired[:, i], f'{name}, reference', COLOURS[i], 'dot', 2.4)
                        for i, name in enumerate(SHORT_NAMES)]
-        found.append(Figure(key, title, caption, traces, f'{title.lower()} [{unit}]'))
+        found.append(Figure(key, title, caption, traces, f'{title.lower()} [{unit}]',
+                            first=run.reference is None and field == 'q'))
     return found
+
+
+def _error_figure(run: Run) -> Figure:
+    """Return the joint error of a law that promises no error equation."""
+    error = 1e3 * (run.exact.q - run.required_reference.q)
+    return Figure('error', 'Joint error', 'Position minus reference.',
+                  [curve(run.t, error[:, i], name, COLOURS[i])
+                   for i, name in enumerate(SHORT_NAMES)], 'error [mrad]', wide=True)
 
 
 def _error_figures(series) -> list[Figure]:

@@ -10,10 +10,10 @@ from ur5_ros.analysis.report.document import markup as _text
 from ur5_ros.analysis.report.figure import Figure
 from ur5_ros.analysis.report.figures import figures
 from ur5_ros.analysis.result import FAIL, NOT_APPLICABLE, PASS, Check, Result
-from ur5_ros.wording import agree, number_of
+from ur5_ros.wording import agree, number_of, run_title
 
-#: Lines of events that a figure can carry.
-MARKS = 40
+#: Lines of events that a figure can carry; letters of a fact that takes a line of its own.
+MARKS, LONG = 40, 60
 
 
 def write_html(result: Result, path: str | Path) -> None:
@@ -34,9 +34,13 @@ def html_text(result: Result) -> str:
     rest = [plot for plot in plots if not plot.first]
     body = ''.join([_verdict(result), _causes(result), figure_section('The run', first),
                     _checks(result), figure_section('Figures', rest), _details(result)])
-    return html_document(f'{result.headline}: {result.run}', body,
+    return html_document(f'{result.headline}: {_title(result)}', body,
                          [figure_data(figure) for figure in plots if figure.traces],
                          _marks(result))
+
+
+def _title(result: Result) -> str:
+    return run_title(result.about['folder'] or '', result.run)
 
 
 def _marks(result: Result) -> list[dict[str, Any]]:
@@ -65,11 +69,11 @@ def _verdict(result: Result) -> str:
         words += f', {skipped} {agree(skipped, "do")} not apply.' if skipped else '.'
     judged = '' if result.headline == result.verdict else ' unjudged'
     return (f'<div class="verdict {_text(result.verdict)}{judged}"><div class="stamp">'
-            f'{_text(result.headline)}</div><div><h1>{_text(result.run)}</h1>'
-            f'<p>{_text(words)}</p></div></div>\n{_about(result.about)}')
+            f'{_text(result.headline)}</div><div><h1>{_text(_title(result))}</h1>'
+            f'<p>{_text(words)}</p></div></div>\n{_about(result.about, result.run)}')
 
 
-def _about(about: dict[str, Any]) -> str:
+def _about(about: dict[str, Any], name: str) -> str:
     sim, control = about.get('simulator') or {}, about.get('controller') or {}
     parameters = control.get('parameters', {})
     summary = sim.get('summary') or {}
@@ -83,11 +87,13 @@ def _about(about: dict[str, Any]) -> str:
         'added to the plant': '; '.join(_injected(each) for each in about.get('injected', ())[:6]),
         'rates': _rates(about), 'length': f'{about["duration_s"]:.4g} s, {about["states"]} states',
         'ur5_ros': about['ur5_ros'], 'pass marks': about['marks'], 'folder': about['folder'],
+        'run': name if name != about['folder'] else '',
     }
     for topic, value in (summary.get('hashes') or {}).items():
         rows[f'hash of {topic}'] = str(value)[:16]
     return '<div class="about">' + ''.join(
-        f'<div><span>{_text(name)}</span>{_text(value)}</div>'
+        f'<div{" class=wide" if len(str(value)) > LONG else ""}><span>{_text(name)}</span>'
+        f'{_text(value)}</div>'
         for name, value in rows.items() if value) + '</div>\n'
 
 

@@ -26,6 +26,7 @@ p { margin: 6px 0; }
 .about { display: grid; grid-template-columns: repeat(auto-fit, minmax(170px, 1fr));
   gap: 8px 18px; margin: 16px 0 0; }
 .about div { min-width: 0; overflow-wrap: anywhere; }
+.about div.wide { grid-column: 1 / -1; }
 .about span { display: block; color: var(--soft); font-size: 0.8rem; }
 table { border-collapse: collapse; width: 100%; }
 th { text-align: left; color: var(--soft); font-weight: 500; font-size: 0.8rem; }
