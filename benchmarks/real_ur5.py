@@ -102,7 +102,7 @@ def friction(folder: Path) -> dict[str, Any]:
             import_log(folder / f'{name}.csv.gz', Path(place) / name, 'ur5_controller')
             runs[name] = load_run(Path(place) / name)
         return identify([runs[name] for name in MOTIONS[1:]], load_arm('ur5_controller'),
-                        runs[MOTIONS[0]]).to_plain()
+                        runs[MOTIONS[0]]).to_plain()['motors']['joints']
 
 
 def main() -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from ur5_ros.analysis.validate import validate
 from ur5_ros.bench.perturbations import friction
@@ -151,6 +152,57 @@ def test_the_arms_that_have_friction_are_those_that_the_page_names():
     paragraph = text[text.index('An arm file may have a section `friction`'):].partition('\n\n')[0]
     named = set(re.findall(r'`(ur\w+)`', paragraph))
     assert named == {name for name in list_arms() if not load_arm(name).friction.none}
+
+
+def leaves(value) -> list[float]:
+    """Return every number of a document, those in its texts as well."""
+    if isinstance(value, dict | list):
+        return [each for part in (value.values() if isinstance(value, dict) else value)
+                for each in leaves(part)]
+    return [abs(float(each)) for each in re.findall(r'-?\d+\.?\d*(?:e[-+]?\d+)?', str(value))]
+
+
+def rotors_of_a_ur10e() -> np.ndarray:
+    """Return the rotor inertia that each recording of a UR10e gave [kg m^2], a row each."""
+    root = Path(__file__).resolve().parents[2]
+    results = json.loads((root / 'benchmarks/results/identification.json').read_text('utf-8'))
+    return np.array(list(results['ur10e']['rotors'].values()))
+
+
+def test_the_wrists_of_a_recording_differ_from_the_mean_as_the_page_says():
+    rotors = rotors_of_a_ur10e()
+    assert len(rotors) == 10
+    away = np.abs(rotors / rotors.mean(axis=0) - 1.0)[:, 3:]
+    assert away.max() == pytest.approx(0.8e-2, abs=0.05e-2)  # 0.8 %
+
+
+def test_the_fits_of_the_four_motions_differ_as_the_page_says():
+    root = Path(__file__).resolve().parents[2]
+    fits = json.loads((root / 'benchmarks/results/real_ur5.json').read_text('utf-8'))['rotors']
+    fitted = np.array([each['fitted'] for each in fits.values()])
+    spread = np.ptp(fitted, axis=0) / fitted.mean(axis=0)
+    assert spread.argmax() == 4  # joint 5
+    assert spread.max() == pytest.approx(0.9e-2, abs=0.05e-2)  # 0.9 %
+
+
+def test_each_number_in_the_tables_of_the_real_robot_is_one_of_the_results():
+    """Rounded as it is printed; a share may be printed in per cent."""
+    root = Path(__file__).resolve().parents[2]
+    found = [number for name in ('real_ur5', 'identification', 'real_recordings') for number in
+             leaves(json.loads((root / f'benchmarks/results/{name}.json').read_text('utf-8')))]
+    rotors = rotors_of_a_ur10e()
+    found += [*rotors.mean(axis=0), *rotors.std(axis=0, ddof=1) / np.sqrt(len(rotors))]
+    found += leaves(yaml.safe_load((root / 'config/validation.yaml').read_text('utf-8')))
+    wrong = []
+    for line in (root / 'docs/real_robot.md').read_text('utf-8').splitlines():
+        if not line.startswith('|'):
+            continue
+        for text in re.findall(r'(?<![\w.])\d[\d,]*\.\d+(?:e-?\d+)?', line):
+            mantissa, _, exponent = text.replace(',', '').partition('e')
+            half = 0.5001 * 10.0**(int(exponent or 0) - len(mantissa.partition('.')[2]))
+            if not any(abs(number - float(text.replace(',', ''))) <= half for number in found):
+                wrong.append(f'{text} in {line}')
+    assert not wrong
 
 
 def test_a_step_in_contact_takes_less_than_twice_the_plain_one():
