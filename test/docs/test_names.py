@@ -17,8 +17,9 @@ GROUPS = {name.partition('.')[0] for name in PARAMETERS if '.' in name}
 
 def launch_arguments() -> set[str]:
     """Return the arguments of every launch file."""
-    text = '\n'.join(path.read_text(encoding='utf-8') for path in (ROOT / 'launch').glob('*.py'))
-    return set(re.findall(r"^    '(\w+)': Argument\(", text, re.MULTILINE))
+    files = [*(ROOT / 'launch').glob('*.py'), *(ROOT / 'ur5_ros/launcher').glob('*.py')]
+    text = '\n'.join(path.read_text(encoding='utf-8') for path in files)
+    return set(re.findall(r"^(?:    |.*\{)'(\w+)': Argument\(", text, re.MULTILINE))
 
 
 def code(page: Path) -> list[str]:
