@@ -1,5 +1,6 @@
 """Processes of a benchmark: each ends with it, however it ends."""
 
+import os
 import signal
 import subprocess
 from functools import partial
@@ -7,6 +8,8 @@ from typing import Any
 
 from ur5_ros.launcher.signals import end_with_parent
 
+# as the Makefile does: what is started keeps what Python compiles, as it does where users start it
+os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 _end = partial(end_with_parent, signal.SIGKILL)
 
 
