@@ -150,6 +150,9 @@ def test_the_page_shows_arm_paths_numbers_and_curves_and_says_nothing(browser, v
     for title in ('Torque [N m]', 'Joint error [mrad]', 'Tool error [mm]'):
         assert browser.evaluate(f"document.body.textContent.includes('{title}')"), title
     assert browser.page_width <= size[0], 'nothing sticks out sideways'
+    notices = browser.evaluate("[...document.querySelectorAll('.mantine-Notification-root')].map("
+                               "(each) => each.getBoundingClientRect().height)")
+    assert max(notices, default=0) < 80, 'a notice covers no more than its title'
     ground = np.median(picture.reshape(-1, 3), axis=0).mean()
     assert (ground < 60) if dark else (ground > 230), 'the colours of the system'
     assert not browser.console
@@ -159,9 +162,6 @@ def test_in_a_narrow_window_the_whole_arm_stands_above_the_panel(browser, view, 
     picture = shown(browser, view, NARROW, view.track.t[40], tmp_path)
     left, top, right, bottom = panel(browser)
     assert (left, right, bottom) == (0, *NARROW)
-    notices = browser.evaluate("[...document.querySelectorAll('.mantine-Notification-root')].map("
-                               "(each) => each.getBoundingClientRect().height)")
-    assert max(notices, default=0) < 80, 'a notice covers no more than its title'
     rows, columns = np.nonzero(np.abs(picture - (112, 158, 194)).max(axis=-1) < 40)  # the lids
     above = rows < top
     assert above.sum() > 300
