@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from ur5_ros.analysis.injected import Injection
+from ur5_ros.analysis.report import palette
 from ur5_ros.config import load_arm
 from ur5_ros.errors import InputError
 from ur5_ros.loop.closed_loop import run_closed_loop
@@ -174,6 +175,16 @@ def test_an_animation_loops_and_moves(short, tmp_path):
         first = np.asarray(animation.convert('RGB')).astype(int)
         animation.seek(animation.n_frames - 1)
         assert np.abs(np.asarray(animation.convert('RGB')) - first).max() > 50
+
+
+def test_an_animation_keeps_the_colours_that_have_a_meaning(short, tmp_path):
+    named = [palette.rgb(each) for each in (*palette.JOINT_COLOURS, palette.MEASURED,
+                                            palette.REFERENCE)]
+    with Image.open(draw(short, tmp_path / 'run.gif')) as animation:
+        for number in (0, animation.n_frames - 1):
+            animation.seek(number)
+            drawn = {colour for _, colour in animation.convert('RGB').getcolors(1 << 20)}
+            assert set(named) <= drawn
 
 
 def test_the_progress_of_a_video_ends_at_one(short, tmp_path):

@@ -10,13 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.report import palette
 from ur5_ros.errors import InputError
 
 if TYPE_CHECKING:
+    from PIL.Image import Image as Picture
+
     from ur5_ros.viewer.picture.frame import Frames
 
 RATE = 25
 GIF_RATE = 10
+#: Colours of an animation that are taken from a frame; 33 more are those with a meaning.
+GIF_COLOURS = 128
 GIF_SECONDS = 8.0
 #: Width and height of the arm's part, and height of the curves below it [pixels].
 _SIZES = {'.png': ((1200, 800), 260), '.mp4': ((800, 540), 200), '.gif': ((560, 380), 150)}
@@ -117,10 +122,24 @@ def _video(frames: 'Frames', rows: np.ndarray, out: Path,
 def _animation(frames: 'Frames', rows: np.ndarray, out: Path,
                progress: Callable[[float], None]) -> None:
     from PIL import Image
-    pictures = []
+    pictures, colours = [], _colours(frames.frame(rows[len(rows) // 2]))
     for i, frame in enumerate(_drawn(frames, rows)):
-        picture = Image.fromarray(frame)
-        pictures.append(picture.quantize(96, dither=Image.Dither.NONE))
+        pictures.append(Image.fromarray(frame).quantize(
+            palette=colours, dither=Image.Dither.NONE))
         progress((i + 1) / len(rows))
     pictures[0].save(out, save_all=True, append_images=pictures[1:], loop=0, optimize=True,
                      duration=round(1000 / GIF_RATE))
+
+
+def _colours(frame: np.ndarray) -> 'Picture':
+    """Return a picture with the colours of an animation: those of a frame, and all that name."""
+    from PIL import Image
+    named = np.array([palette.rgb(each) for each in (*palette.JOINT_COLOURS, palette.MEASURED,
+                                             palette.REFERENCE, *palette.AXIS_COLOURS)])
+    tints = [named, np.rint(0.6 * named + 0.4 * 255), np.rint(0.3 * named + 0.7 * 255)]
+    used = Image.fromarray(frame).quantize(GIF_COLOURS).getpalette()[:3 * GIF_COLOURS]
+    every = np.concatenate([*tints, np.reshape(used, (-1, 3))]).astype(int)
+    picture = Image.new('P', (1, 1))
+    picture.putpalette(np.concatenate([every, np.tile(every[-1], (256 - len(every), 1))])
+                       .ravel().tolist())
+    return picture
