@@ -137,8 +137,8 @@ def _colours(frame: np.ndarray) -> 'Picture':
     named = np.array([palette.rgb(each) for each in (*palette.JOINT_COLOURS, palette.MEASURED,
                                              palette.REFERENCE, *palette.AXIS_COLOURS)])
     tints = [named, np.rint(0.6 * named + 0.4 * 255), np.rint(0.3 * named + 0.7 * 255)]
-    used = Image.fromarray(frame).quantize(GIF_COLOURS).getpalette()[:3 * GIF_COLOURS]
-    every = np.concatenate([*tints, np.reshape(used, (-1, 3))]).astype(int)
+    used = np.array(Image.fromarray(frame).quantize(GIF_COLOURS).getpalette())
+    every = np.concatenate([*tints, used.reshape(-1, 3)[:GIF_COLOURS]]).astype(int)
     picture = Image.new('P', (1, 1))
     picture.putpalette(np.concatenate([every, np.tile(every[-1], (256 - len(every), 1))])
                        .ravel().tolist())
