@@ -1,6 +1,7 @@
 """The fault scorecard: which row of the catalogue has which test, and how it went."""
 
 import json
+import os
 from collections import defaultdict
 from inspect import signature
 from pathlib import Path
@@ -8,6 +9,8 @@ from pathlib import Path
 import pytest
 import thorough
 import yaml
+
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # before NumPy: as the command and the nodes
 
 CATALOGUE = Path(__file__).parent / 'faults' / 'catalogue.yaml'
 REPO = Path(__file__).parents[1]

@@ -27,6 +27,17 @@ def test_help_of_every_command_fits_one_screen(ur5):
     assert max(map(len, whole.out.splitlines())) <= 80
 
 
+@pytest.mark.parametrize('chosen,threads', [({}, '1'), ({'OPENBLAS_NUM_THREADS': '3'}, '3')])
+def test_blas_has_one_thread_unless_the_user_chose(chosen, threads):
+    code = ("import os, sys; sys.argv = ['ur5', 'arm']; import atexit; from ur5_ros.cli import "
+            "main; atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); main()")
+    environment = {key: value for key, value in os.environ.items()
+                   if key != 'OPENBLAS_NUM_THREADS'} | chosen
+    done = subprocess.run([sys.executable, '-c', code], text=True, capture_output=True,
+                          env=environment, timeout=60)
+    assert done.returncode == 0 and done.stdout.splitlines()[-1] == threads
+
+
 def test_help_imports_no_simulator_no_ros_and_no_compiler():
     code = ('import sys\nfrom ur5_ros.cli.run import run\nrun(["--help"])\n'
             'slow = {"rclpy", "numba", "pybullet", "plotly", "distributed", "polars", "numpy"}\n'
