@@ -176,7 +176,8 @@ def _least_squares(x: np.ndarray, y: np.ndarray, blocks: int):
     size[size == 0.0] = 1.0
     x = x / size
     count = x.shape[1]
-    r = np.linalg.qr(np.column_stack([x, y]), mode='r')[:count]  # a tenth of the time of x's SVD
+    # the same from the triangle of a QR takes a tenth of the time of x's own SVD
+    r = np.asarray(np.linalg.qr(np.column_stack([x, y]), mode='r'))[:count]
     u, s, vt = np.linalg.svd(r[:, :count], full_matrices=False)
     keep = s > RANK * max(s[0], 1e-300)
     inverse = np.where(keep, 1.0 / np.maximum(s, 1e-300), 0.0)
