@@ -38,7 +38,7 @@ def state_function(kernel: Kernel, *names: str, outputs: int = 1) -> Callable[..
     arguments go on to the kernel as they came: that takes no time.  Its errors name the vector.
     """
     inputs = len(names)
-    output = -1 if outputs == 1 else slice(-outputs, None)
+    output = inputs + 1 if outputs == 1 else slice(inputs + 1, None)
 
     def function(*arguments: Any) -> Any:
         try:
