@@ -154,8 +154,8 @@ def _show(found: Identified, used: Sequence[Run]) -> None:
     for name, (value, error) in found.base.items():
         base.add_row(Text(name), with_error(value, error), unit_of(name))
     screen.print(base)
-    joints = Table('joint', 'viscous [N m s/rad]', 'Coulomb [N m]', 'torque RMS [N m]',
-                   'error RMS [N m]', 'largest error [N m]', box=None, pad_edge=False,
+    joints = Table('joint', 'viscous\n[N m s/rad]', 'Coulomb\n[N m]', 'torque RMS\n[N m]',
+                   'error RMS\n[N m]', 'largest error\n[N m]', box=None, pad_edge=False,
                    header_style='bold')
     for i, name in enumerate(SHORT_NAMES):
         joints.add_row(name, with_error(found.viscous[i], found.viscous_error[i]),
