@@ -57,9 +57,14 @@ def _scatter(number: int, key: str, drawn: list[float], result: str, values: lis
         if rows:
             traces.append({'type': 'scatter', 'mode': 'markers', 'name': name,
                            'x': [drawn[i] for i in rows], 'y': [values[i] for i in rows],
-                           'marker': {'color': colour, 'size': 5, 'opacity': 0.6}})
+                           'marker': {'color': colour, 'size': 6, 'opacity': _opacity(rows)}})
     return {'key': f'drawn-{number}', 'x': key, 'y': with_unit(result), 'log': False,
             'title': f'{result} over {key}', 'caption': 'One point per run.', 'traces': traces}
+
+
+def _opacity(rows: list[int]) -> float:
+    """Return how opaque the marks of runs are: few are seen well, many show how dense they are."""
+    return max(0.5, min(0.9, 100.0 / len(rows)))
 
 
 def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
@@ -81,7 +86,8 @@ def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
                 'type': 'scatter', 'mode': 'lines', 'name': name, 'connectgaps': False,
                 'x': [x for _ in rows for x in (*range(len(axes)), None)],
                 'y': [y for i in rows for y in (*(column[i] for column in places), None)],
-                'line': {'color': colour, 'width': 1}, 'opacity': 0.5, 'hoverinfo': 'name'})
+                'line': {'color': colour, 'width': 1}, 'opacity': _opacity(rows),
+                'hoverinfo': 'name'})
     return {'key': 'parallel', 'x': '', 'y': 'share of the range', 'log': False,
             'title': 'All random values', 'wide': True,
             'caption': 'One line per run: blue succeeded, red failed. Each axis goes from the '
