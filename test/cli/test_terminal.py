@@ -64,6 +64,14 @@ def test_the_cause_comes_first_and_the_next_command_last(folder):
     assert lines[-1].startswith('next: ur5 validate bags/loaded --html ')
 
 
+def test_the_next_command_judges_by_what_was_given(folder):
+    given = ('--arm', 'ur5_real', '--reference', '0,-1,1,0,1,0')
+    lines = shown(folder, 'validate', 'bags/short', *given, columns=200)
+    assert lines[-1].startswith(f'next: ur5 validate bags/short {" ".join(given)} --html ')
+    lines = shown(folder, 'validate', 'bags/short', *given, '--html', 'report.html', columns=200)
+    assert lines[-1].startswith('next: ur5 view bags/short --arm ur5_real ')
+
+
 def test_a_complaint_is_wrapped_at_blanks_on_a_terminal_and_one_line_in_a_file(folder, ur5):
     lines = shown(folder, 'urdf', '--arm', 'ur6')
     assert len(lines) > 2 and lines[0].startswith("ur5: unknown arm 'ur6'; ")

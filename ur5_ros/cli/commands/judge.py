@@ -1,5 +1,6 @@
 """Commands that judge bags: validate and compare."""
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -42,19 +43,26 @@ def validate(
     for path in (json, html, junit):
         if path is not None:
             out.print(f'written: {path}', soft_wrap=True)
-    _show_next(out, result, html)
+    _show_next(out, result, html, given)
     return SUCCESS if result.passed else FAILED
 
 
-def _show_next(out: terminal.Console, result: Result, html: Path | None) -> None:
-    folder = result.about['folder']
+def _show_next(out: terminal.Console, result: Result, html: Path | None,
+               given: Mapping[str, Any]) -> None:
+    def again(*names: str) -> str:
+        """Return the folder and those of the options that were given."""
+        return ' '.join([result.about['folder'], *(
+            f'--{name.replace("_", "-")} {shlex.quote(given[name])}' for name in names
+            if given.get(name))])
+    folder = again('arm', 'control_arm', 'joint_prefix', 'effort', 'reference')
     if not result.controller_judged:
         terminal.show_next(out, f'ur5 validate {folder} --reference JOINTS',
                            'or a topic, an experiment, a pose: judges the controller')
     elif html is None:
         terminal.show_next(out, f'ur5 validate {folder} --html report.html', 'figures')
     else:
-        terminal.show_next(out, f'ur5 view {folder}', 'the arm in the browser')
+        terminal.show_next(out, f'ur5 view {again("arm", "joint_prefix")}',
+                           'the arm in the browser')
 
 
 def judge(run: Path) -> Result:
