@@ -70,6 +70,7 @@ def test_a_law_that_sags_fails_as_soon_as_the_goal_is_known(sagging):
     assert not result.passed and check.verdict == 'fail'
     sag = np.abs(sagging.states.q[-1] - GOAL).max()
     assert check.value >= sag > 0.05
+    assert 'rest beside it: a law without a gravity term holds gravity' in check.sentence
     settling = result.check('controller settling')
     assert settling.verdict == 'fail' and 'not settled within' in settling.sentence
     assert number(settling.value) == 'never' and '>never<' in html_text(result)

@@ -20,6 +20,9 @@ from ur5_ros.signals import JOINT_NAMES
 #: Length of the windows in which an alternating velocity is looked for [s].
 WINDOW_TIME = 0.1
 
+#: A joint slower than this at the end of a run rests [rad/s].
+SLOW = 0.01
+
 NOT_JUDGED = 'controller'
 
 
@@ -78,18 +81,27 @@ def _tracking(run: Run, marks: Marks, error: np.ndarray, starts: np.ndarray) -> 
     return judge(name, worst, marks['controller_joint'], 'rad',
                  f'joints within {1e3 * worst:.3g} mrad of the reference, {wait:g} s after it '
                  f'began or jumped (worst: {JOINT_NAMES[joint]} at {run.t[row]:.4g} s; RMS of the '
-                 f'run {1e3 * rms.max():.3g} mrad){_held(run, error[-1], marks)}',
+                 f'run {1e3 * rms.max():.3g} mrad){_at_rest(run, error[-1], marks)}',
                  joint=JOINT_NAMES[joint], **details)
 
 
-def _held(run: Run, error: np.ndarray, marks: Marks) -> str:
-    """Return in words which joints the friction of the plant holds beside their reference."""
-    if run.sim is None or joint_friction(run.sim.parameters).none or (
-            rows_since(run, 'fallback', True)[-1]):
+def _at_rest(run: Run, error: np.ndarray, marks: Marks) -> str:
+    """Return in words what keeps joints beside their reference at the end of a run."""
+    if run.sim is None or rows_since(run, 'fallback', True)[-1]:
         return ''
-    still = (np.abs(run.exact.qd[-1]) < AT_REST) & (np.abs(error) > marks['controller_joint'])
-    names = [JOINT_NAMES[i] for i in np.flatnonzero(still)]
-    return f'; at the end friction holds {", ".join(names)} beside the reference' if names else ''
+    speed, beside = np.abs(run.exact.qd[-1]), np.abs(error) > marks['controller_joint']
+    if not joint_friction(run.sim.parameters).none:
+        held = _names(beside & (speed < AT_REST))
+        return f'; at the end friction holds {held} beside the reference' if held else ''
+    resting = _names(beside & (speed < SLOW))
+    if not resting or run.sim.parameters['effort_convention'] != 'total':
+        return ''
+    return (f'; at the end {resting} rest beside it: a law without a gravity term holds gravity '
+            'by its error, with effort_convention gravity_excluded the robot holds it')
+
+
+def _names(joints: np.ndarray) -> str:
+    return ', '.join(JOINT_NAMES[i] for i in np.flatnonzero(joints))
 
 
 def _segments(error: np.ndarray, starts: np.ndarray, band: float) -> list[np.ndarray]:

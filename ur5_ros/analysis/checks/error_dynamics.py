@@ -69,7 +69,7 @@ def _error_checks(run: Run, marks: Marks) -> tuple[list[Check], ErrorDynamics]:
                      if mark == 'step' else 'followed from the first state, they differ by')
             checks.append(judge(
                 name, worst, marks[mark], 'rad',
-                f'{words} {1e3 * worst:.2g} mrad (worst: {JOINT_NAMES[joint]} at '
+                f'{words} {1e3 * worst:.3g} mrad (worst: {JOINT_NAMES[joint]} at '
                 f'{run.t[row]:.4g} s){note}', joint=JOINT_NAMES[joint]))
     else:
         why = ('the law sees noise: the equation does not hold sample by sample' if noise else
@@ -85,7 +85,7 @@ def _error_checks(run: Run, marks: Marks) -> tuple[list[Check], ErrorDynamics]:
     checks.append(judge(
         'error continuous', worst, limit + noise, 'rad',
         f"e(t) and the solution of e'' + Kd e' + Kp e = 0 differ by at most "
-        f'{1e3 * worst:.2g} mrad (worst: {JOINT_NAMES[joint]} at {run.t[row]:.4g} s){note}',
+        f'{1e3 * worst:.3g} mrad (worst: {JOINT_NAMES[joint]} at {run.t[row]:.4g} s){note}',
         joint=JOINT_NAMES[joint]))
     return checks, dynamics
 
