@@ -1,5 +1,6 @@
 """Arm files: ``config/arms/<name>.yaml`` to :class:`~ur5_ros.model.parameters.ArmParameters`."""
 
+from functools import cache
 from typing import Annotated, Any
 
 import msgspec
@@ -176,6 +177,12 @@ def load_arm(name: str) -> ArmParameters:
         return parse_arm(arm_text(name), name)
     path = named_file('arm', name)
     return _arm_record(read_yaml(path), str(path))
+
+
+@cache
+def known_arms() -> dict[str, ArmParameters]:
+    """Return the arms that come with the package, by name."""
+    return {name: load_arm(name) for name in list_arms()}
 
 
 def parse_arm(text: str, source: str) -> ArmParameters:

@@ -8,12 +8,7 @@ from ur5_ros.analysis.checks.foreign import NO_TORQUE, too_coarse
 from ur5_ros.analysis.data.run import Run
 from ur5_ros.analysis.effort.current import words_of_factors
 from ur5_ros.analysis.effort.fit import CLEARLY_BETTER
-from ur5_ros.analysis.effort.known_arms import (
-    LARGEST_MISFIT,
-    fitting_arms,
-    has_geometry_of,
-    known_arms,
-)
+from ur5_ros.analysis.effort.known_arms import LARGEST_MISFIT, fitting_arms, has_geometry_of
 from ur5_ros.analysis.effort.meanings import (
     MEANINGS,
     Hypothesis,
@@ -23,6 +18,7 @@ from ur5_ros.analysis.effort.meanings import (
 )
 from ur5_ros.analysis.effort.unlikely import unlikely_meaning
 from ur5_ros.analysis.result import FAIL, PASS, Check, not_applicable
+from ur5_ros.config import known_arms
 from ur5_ros.config.validation import Marks
 from ur5_ros.signals import JOINT_NAMES
 

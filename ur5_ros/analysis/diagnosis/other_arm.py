@@ -1,7 +1,6 @@
 """Which known arm the plant is rather than the law's, friction beside it or none."""
 
 from dataclasses import replace
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from ur5_ros.analysis.diagnosis.differences import differences
 from ur5_ros.analysis.diagnosis.selection import Causes, Fit, choose, fit
 from ur5_ros.analysis.residual_blocks import SampleBlocks
-from ur5_ros.config import list_arms, load_arm
+from ur5_ros.config import known_arms
 from ur5_ros.model.dynamics import inverse_dynamics
 from ur5_ros.model.parameters import ArmParameters
 
@@ -29,17 +28,11 @@ class OtherArm(NamedTuple):
     """What that was found in."""
 
 
-@cache
-def named_arms() -> dict[str, ArmParameters]:
-    """Return the known arms by name."""
-    return {name: load_arm(name) for name in list_arms()}
-
-
 def best_arm(samples: SampleBlocks, arm: ArmParameters, weight: np.ndarray) -> OtherArm:
     """Return the known arm that leaves least unexplained, with the same load."""
     total = _power(samples.unexplained_torque.mean(axis=1), weight)
     found = OtherArm('', np.inf)
-    for name, other in named_arms().items():
+    for name, other in known_arms().items():
         left = _power(_missing(samples, arm, other), weight) / total
         if left < found.left:
             found = OtherArm(name, left)
@@ -52,7 +45,7 @@ def best_arm_with_friction(samples: SampleBlocks, arm: ArmParameters, causes: Ca
     total = _power(causes.torque, causes.weight)
     units = {name: causes.units[name] for name in BESIDE if name in causes.units}
     found, theirs = OtherArm('', np.inf), causes
-    for name, other in named_arms().items():
+    for name, other in known_arms().items():
         missing = _missing(samples, arm, other)
         trial = causes._replace(torque=missing, units=units)
         left = fit(trial, tuple(units)).left * _power(missing, causes.weight) / total
@@ -64,7 +57,7 @@ def best_arm_with_friction(samples: SampleBlocks, arm: ArmParameters, causes: Ca
 def arm_cause(name: str, arm: ArmParameters, share: float, samples: SampleBlocks,
               weight: np.ndarray) -> dict[str, Any]:
     """Return the cause that the plant is another arm, with every parameter that differs."""
-    plant = replace(named_arms()[name], payload=arm.payload)
+    plant = replace(known_arms()[name], payload=arm.payload)
     mending = differences(arm, plant, samples, (weight > 0.0).astype(float))
     return {
         'kind': 'wrong arm', 'arm': name, 'share': share,

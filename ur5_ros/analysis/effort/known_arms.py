@@ -1,6 +1,5 @@
 """The known arms that fit a recorded effort."""
 
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +9,7 @@ from ur5_ros.analysis.effort.current import are_factors_of_drives
 from ur5_ros.analysis.effort.fit import misfit_of, torque_of, unexplained
 from ur5_ros.analysis.effort.meanings import Hypothesis, effort_hypotheses
 from ur5_ros.analysis.residual_blocks import sample_blocks
-from ur5_ros.config import list_arms, load_arm
+from ur5_ros.config import known_arms
 from ur5_ros.model.parameters import ArmParameters
 
 #: An arm that leaves more of the effort unexplained, as a share of it, does not fit.
@@ -53,12 +52,6 @@ def arms_by_meaning(run: Run) -> list[tuple[str, Hypothesis]]:
                   and (each.meaning != 'current' or are_factors_of_drives(each.factors))]
         found += [(name, likely[0])] if likely else []
     return sorted(found, key=lambda each: each[1].misfit)
-
-
-@cache
-def known_arms() -> dict[str, ArmParameters]:
-    """Return the arms of config/arms, by name."""
-    return {name: load_arm(name) for name in list_arms()}
 
 
 def has_geometry_of(arm: ArmParameters, name: str) -> bool:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ur5_ros.config.arms import list_arms, load_arm
+from ur5_ros.config.arms import known_arms
 from ur5_ros.config.foreign_arms.calibration import LARGEST_TOOL_OFFSET, distance
 from ur5_ros.config.foreign_arms.urdf_arm import arm_of_urdf, base_frame, body_of
 from ur5_ros.config.foreign_arms.urdf_chain import parse_urdf, six_joints
@@ -43,7 +43,7 @@ def known_arm(path: Path, data: bytes, prefix: str | None = None) -> KnownArm:
     ``path``: whose URDF it is; ``data``: its text; ``prefix``: text before the names of its
     joints.  InputError where it is no robot of the UR family.
     """
-    arms = {name: load_arm(name) for name in list_arms()}
+    arms = known_arms()
     try:
         found = arm_of_urdf(path, data=data, prefix=prefix)
         away = {name: _apart(found, arm) for name, arm in arms.items()}

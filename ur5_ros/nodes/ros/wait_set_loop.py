@@ -160,7 +160,7 @@ class WaitSetLoop:
         wait_set.add_guard_condition(self._guard_handle)
         wait_set.wait(int(seconds * 1e9))
         self.service_requested = any(wait_set.is_ready('service', index)
-                         for index in range(len(self._service_handles)))
+                                     for index in range(len(self._service_handles)))
         messages = []
         for index in self._indices:
             if wait_set.is_ready('subscription', index):
