@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ur5_ros.analysis.data.run import Run
+from ur5_ros.analysis.diagnosis.candidates import at_mean_pose, candidates, rests_in_one_pose
 from ur5_ros.analysis.diagnosis.friction import (
     FASTEST_DECAY,
     SLOWEST_DECAY,
@@ -19,8 +20,7 @@ from ur5_ros.analysis.diagnosis.gravity import (
     is_gravity_possible,
     load_under,
 )
-from ur5_ros.analysis.diagnosis.link_body import link_torque, link_units
-from ur5_ros.analysis.diagnosis.measurement import measurement_units
+from ur5_ros.analysis.diagnosis.link_body import link_torque
 from ur5_ros.analysis.diagnosis.other_arm import arm_cause, best_arm, best_arm_with_friction
 from ur5_ros.analysis.diagnosis.selection import (
     LINKS,
@@ -34,12 +34,10 @@ from ur5_ros.analysis.diagnosis.sentences import sentences_of, unexplained
 from ur5_ros.analysis.residual_blocks import (
     SLOW_MEASURED,
     SampleBlocks,
-    is_noise,
     load_torque,
     sample_blocks,
     sliding,
     stribeck_torque,
-    unit_torques,
     velocity_noise,
 )
 from ur5_ros.model.dynamics import gravity_torque
@@ -57,13 +55,6 @@ ROUNDING = 1e-12
 #: Block means below this are rounding [N m].
 LEAST_TORQUE = 1e-9
 
-#: Unexplained torque under this share of the largest joint's does not weigh more for being small.
-SMALL_EXACT, SMALL_MEASURED = 1e-6, 0.02
-
-#: A joint that shows noise alone weighs so many times less, or the noise of five joints hides the
-#: fault of one.
-NOISE_WEIGHS = 10.0
-
 #: A decay of friction is seen from this many times the slowest speed, or its noise, on.
 SEEN = 4.0
 
@@ -77,8 +68,8 @@ ONE_WAY_FRICTION = ('Coulomb friction', 'load-dependent friction', 'Stribeck fri
 #: What a cause says that is not found from what a real robot would have recorded.
 EXACT_NOTE = 'from the exact states, which are recorded beside the measured ones'
 
-#: Positions within this are one pose [rad], and what its only cause may leave of the torque.
-ONE_POSE, LEFT_AT_REST = 1e-3, 0.05
+#: What the only cause of an arm at rest may leave of the torque.
+LEFT_AT_REST = 0.05
 
 STRIBECK = 'Stribeck friction'
 
@@ -108,10 +99,10 @@ def _causes(run: Run, arm: ArmParameters) -> list[dict[str, Any]]:
     samples = sample_blocks(run, arm)
     if samples is None or not np.abs(samples.unexplained_torque).max() > 0.0:
         return []
-    rests = not samples.exact and _rests(samples)
+    rests = not samples.exact and rests_in_one_pose(samples)
     if rests:
-        samples = _at_mean_pose(samples, arm)
-    causes = _causes_of(samples, arm, run.effort_meaning == 'gravity_excluded', rests,
+        samples = at_mean_pose(samples, arm)
+    causes = candidates(samples, arm, run.effort_meaning == 'gravity_excluded', rests,
                         run.sim is None)
     least = SHARE_EXACT if samples.exact else SHARE_MEASURED
     other, left, *_ = best_arm(samples, arm, causes.weight)
@@ -222,49 +213,3 @@ def _stiction(samples: SampleBlocks, fit: Fit, causes: Causes) -> dict[str, Any]
         else:
             level += value
     return stiction_cause(samples, held, level)
-
-
-def _causes_of(samples: SampleBlocks, arm: ArmParameters, weightless: bool,
-               rests: bool, measured: bool) -> Causes:
-    """
-    Return the unexplained torque and what may explain it; standing still, not friction.
-
-    ``weightless``: the effort was recorded without gravity, that of a load included;
-    ``measured``: a robot measured it, which may be wrong.
-
-    """
-    units = unit_torques(samples, arm)
-    if weightless:
-        units['payload'] = unit_torques(samples, replace(arm, gravity=np.zeros(3)))['payload']
-        del units['gravity']
-    if measured:
-        units |= measurement_units(samples, samples.effort - samples.unexplained_torque,
-                                   weightless)
-    units |= link_units(samples, replace(arm, gravity=np.zeros(3)) if weightless else arm)
-    torque = samples.unexplained_torque.mean(axis=1)
-    known = sliding(samples)
-    if rests or not known.any():  # gravity and a load alone act at rest
-        known, rests = np.ones_like(known), True
-        units = {name: units[name] for name in ('payload', 'gravity') if name in units}
-    counted = np.maximum(known.sum(axis=0), 1)
-    scale = np.sqrt(np.sum(np.where(known, torque, 0.0)**2, axis=0) / counted)
-    # a joint whose torque is small may be all noise, which other joints' columns would then fit
-    least = 1.0 if rests else SMALL_EXACT if samples.exact else SMALL_MEASURED
-    scale = np.maximum(scale, least * scale.max())
-    if not rests and not samples.exact and not is_noise(torque).all():
-        scale = np.where(is_noise(torque), NOISE_WEIGHS * scale, scale)
-    weight = known / np.maximum(scale, 1e-300) / np.sqrt(counted)
-    return Causes(torque, weight, units, arm)
-
-
-def _rests(samples: SampleBlocks) -> bool:
-    """Return whether the arm stays in one pose."""
-    return float(np.ptp(samples.q.mean(axis=1), axis=0).max()) < ONE_POSE
-
-
-def _at_mean_pose(samples: SampleBlocks, arm: ArmParameters) -> SampleBlocks:
-    """Return the samples of an arm at rest in its mean pose: its noise is no motion."""
-    q = np.broadcast_to(samples.q.mean(axis=(0, 1)), samples.q.shape)
-    rest = np.zeros(samples.q.shape)
-    return samples._replace(q=q, qd=rest, qdd=rest, qd_next=rest,
-                            unexplained_torque=samples.effort - gravity_torque(q, arm))
