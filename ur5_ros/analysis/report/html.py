@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -123,7 +124,7 @@ def _change(change: dict[str, Any]) -> str:
 def _causes(result: Result) -> str:
     if not result.causes:
         return ''
-    items = ''.join(f'<li>{_text(cause["sentence"])}</li>' for cause in result.causes)
+    items = ''.join(f'<li>{_sentence(cause["sentence"])}</li>' for cause in result.causes)
     return f'<h2>Why</h2>\n<ul>{items}</ul>\n'
 
 
@@ -143,7 +144,12 @@ def _row(check: Check) -> str:
             f'<td class="pill {_text(check.verdict.replace(" ", "-"))}">{_text(check.verdict)}'
             f'</td><td class="number" data-label="value">{value}</td>'
             f'<td class="number" data-label="limit">{limit}</td>'
-            f'<td>{_text(check.sentence)}</td></tr>\n')
+            f'<td>{_sentence(check.sentence)}</td></tr>\n')
+
+
+def _sentence(text: str) -> str:
+    """Return a sentence as markup; a line does not end within a number."""
+    return re.sub(r'\d[\d.]*e-\d+', r'<span class="whole">\g<0></span>', _text(text))
 
 
 def _number(value: float | None, unit: str) -> str:

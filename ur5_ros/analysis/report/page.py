@@ -13,6 +13,7 @@ h1 { font-size: 1.35rem; margin: 0; overflow-wrap: anywhere; }
 h2 { font-size: 1.1rem; margin: 34px 0 10px; }
 p { margin: 6px 0; }
 .soft { color: var(--soft); }
+.whole { white-space: nowrap; }
 .verdict { display: flex; gap: 16px; align-items: center; border: 1px solid var(--line);
   border-left: 8px solid var(--none); border-radius: 8px; padding: 14px 16px;
   background: var(--card); }
