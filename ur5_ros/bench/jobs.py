@@ -1,13 +1,10 @@
 """The jobs of the bench spread over Dask workers, a row for each."""
 
-import warnings
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from ur5_ros.bench.limited_job import limited_row
-from ur5_ros.bench.runs import Job, lost_row, row_of
+from ur5_ros.bench.runs import Job, lost_row, overflow_ignored, row_of
 from ur5_ros.errors import InputError
 from ur5_ros.sweep.workers import cluster, connected, map_batches
 
@@ -37,8 +34,7 @@ def do_jobs(jobs: list[tuple[int, Job]]) -> list[dict[str, Any]]:
 
     A law of a user's file runs in a process of its own: whatever it does, the bench goes on.
     """
-    with warnings.catch_warnings(), np.errstate(all='ignore'):
-        warnings.simplefilter('ignore')  # a run that diverges overflows; its row says so
+    with overflow_ignored():
         return [_head(index, job) | (limited_row(job) if job.entry.timeout else row_of(job))
                 for index, job in jobs]
 

@@ -2,16 +2,13 @@
 
 import json
 import sys
-import warnings
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from ur5_ros.bench.entries import Entry
 from ur5_ros.bench.limited_process import OUT_OF_MEMORY, end_with, limit_resources, run_limited
 from ur5_ros.bench.probe import load_package
-from ur5_ros.bench.runs import Job, lost_row, row_of
+from ur5_ros.bench.runs import Job, lost_row, overflow_ignored, row_of
 
 #: Runs whose time the bisections of one job may take.
 RUNS_OF_A_SEARCH = 5
@@ -33,8 +30,7 @@ def main(result: str, given: str) -> None:
     job = Job(Entry(name, control), *rest)
     load_package()
     limit_resources()
-    with warnings.catch_warnings(), np.errstate(all='ignore'):
-        warnings.simplefilter('ignore')  # a run that diverges overflows; its row says so
+    with overflow_ignored():
         try:
             row = row_of(job)
         except MemoryError:

@@ -1,6 +1,8 @@
 """Runs of the bench: a law, a perturbation, a seed; and what a law survives."""
 
-from collections.abc import Iterable
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -94,6 +96,14 @@ def border_conditions(what: str, value: float) -> Conditions:
     if what == 'payload':
         return Conditions(sim={'payload.mass': value})
     return Conditions(sim={'delay.command_periods': int(value)})
+
+
+@contextmanager
+def overflow_ignored() -> Iterator[None]:
+    """Let runs that diverge overflow without a warning: their rows record it."""
+    with warnings.catch_warnings(), np.errstate(all='ignore'):
+        warnings.simplefilter('ignore')
+        yield
 
 
 def lost_row(job: Job, why: str) -> dict[str, Any]:
