@@ -58,7 +58,16 @@ def test_a_report_is_headed_by_the_folder_and_has_the_name_of_the_run_beside(cle
     for folder, head in (('bags/mine', 'mine'), ('bags/mine/sim', 'mine/sim'), ('', 'x')):
         text = html_text(validate(replace(clean_run, name='x', folder=folder)))
         assert f'<h1>{head}</h1>' in text and f'{head}</title>' in text
-        assert '<span>run</span>x</div>' in text
+        assert ('<span>run</span>x</div>' in text) == (head != 'x')
+
+
+def test_a_single_cause_is_named_once_and_several_as_a_list(clean_run):
+    causes = tuple({'kind': 'x', 'sentence': f'cause {i}'} for i in range(2))
+    failed = replace(validate(clean_run), checks=(judge('x', 2.0, 1.0, 'm', 'x'),))
+    passed = replace(failed, checks=(judge('x', 0.0, 1.0, 'm', 'x'),))
+    for result, count, times in ((failed, 1, 1), (failed, 2, 2), (passed, 1, 1)):
+        text = html_text(replace(result, causes=causes[:count]))
+        assert text.count('cause 0') == times
 
 
 def test_only_the_script_of_the_page_may_run_and_what_it_unpacks(clean_run):

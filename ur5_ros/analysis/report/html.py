@@ -88,7 +88,7 @@ def _about(about: dict[str, Any], name: str) -> str:
         'added to the plant': '; '.join(_injected(each) for each in about.get('injected', ())[:6]),
         'rates': _rates(about), 'length': f'{about["duration_s"]:.4g} s, {about["states"]} states',
         'ur5_ros': about['ur5_ros'], 'pass marks': about['marks'], 'folder': about['folder'],
-        'run': name if name != about['folder'] else '',
+        'run': name if name != run_title(about['folder'] or '', name) else '',
     }
     for topic, value in (summary.get('hashes') or {}).items():
         rows[f'hash of {topic}'] = str(value)[:16]
@@ -122,7 +122,8 @@ def _change(change: dict[str, Any]) -> str:
 
 
 def _causes(result: Result) -> str:
-    if not result.causes:
+    named = not result.passed and len(result.causes) == 1  # by the verdict, above
+    if named or not result.causes:
         return ''
     items = ''.join(f'<li>{_sentence(cause["sentence"])}</li>' for cause in result.causes)
     return f'<h2>Why</h2>\n<ul>{items}</ul>\n'
