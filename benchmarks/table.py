@@ -44,7 +44,7 @@ TAIL = """## What stands in the way
 - Shared memory would save the ping-pong more than the loop; the nodes do without it for the
   reasons in [the decision](decisions/loopback.md).
 - Paced, a core sleeps between two periods: after 0.3 ms of sleep the same work takes three times
-  as long as at once.
+  as long as at once.  With a `realtime_priority` the nodes keep cores awake.
 - A wait set has to be filled again for each wait (rclpy's crashes if it is not): 2 microseconds an
   entity.  While the loop runs it holds the hot topic alone.
 """
