@@ -12,7 +12,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from ur5_ros.config import arm_text, config_folder, list_arms, load_arm, parse_arm
 from ur5_ros.config.arms import ASSUMED, arms_with_assumed_armature
@@ -185,6 +185,26 @@ def test_assumed_rotors_grow_with_the_torque_of_the_joint():
                                               load_arm(name).armature, strict=True))
     for (effort, inertia), (other, more) in itertools.pairwise(pairs):
         assert more >= inertia * (0.98 if other == effort else 1.0)
+
+
+#: Torque limit [N m] and rotor inertia [kg m^2] measured on a UR5 and a UR10e.
+MEASURED_ROTORS = ((28.0, 0.1598), (54.0, 0.61), (150.0, (1.915 + 1.95) / 2.0), (330.0, 6.1))
+
+
+def test_assumed_rotors_follow_the_power_laws_through_what_was_measured():
+    torque, inertia = np.log(np.array(MEASURED_ROTORS)).T
+    slopes = np.diff(inertia) / np.diff(torque)
+    for name in set(arms_with_assumed_armature()) - {'ur10e' + ASSUMED}:  # measured itself
+        limit = np.log(load_arm(name).limits.effort)
+        first = np.clip(np.searchsorted(torque, limit, side='right') - 1, 0, len(slopes) - 1)
+        law = np.exp(inertia[first] + slopes[first] * (limit - torque[first]))
+        assert_allclose(load_arm(name).armature, law, rtol=5e-3, err_msg=name)
+
+
+def test_every_arm_without_rotors_has_assumed_ones():
+    without = {name for name in list_arms() if not load_arm(name).armature.any()}
+    assert {name.removesuffix(ASSUMED) for name in arms_with_assumed_armature()} == (
+        without - {'ur5', 'ur5_description', 'ur5_kebria2016'})  # measured: ur5_real
 
 
 @pytest.mark.parametrize('name, gravity', [('ur10e_controller', -9.82), ('ur10e_real', -9.81)])

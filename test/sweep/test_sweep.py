@@ -422,8 +422,12 @@ def test_the_page_of_a_random_sweep_has_scatters_intervals_units_and_short_numbe
     folder.add([row_of(spec, run, None) for run in expand(spec)])
     write_report(folder, tmp_path / 'page.html')
     page = (tmp_path / 'page.html').read_text(encoding='utf-8')
-    for words in ('All random values', 'sim.payload.mass [kg]', '95 % interval'):
+    table = folder.table()
+    worst = f'{1e3 * table["final_error"].max():.4g}'  # mm and mrad on screens
+    for words in ('All random values', 'sim.payload.mass [kg]', '95 % interval',
+                  'final_error [mrad]', f'<td>{worst}</td>', 'final_error at most 50 mrad'):
         assert words in page
+    assert f'final_error is {worst} mrad, more than 50 mrad' in table['why'].to_list()
     body = page.partition('<main>')[2].partition('</main>')[0]
     assert not re.search(r'\d\.\d{8,}', body), 'no number of more than eight decimals'
     assert len(page) < 3_000_000

@@ -21,7 +21,7 @@ from ur5_ros.sweep.summary import (
     worst_runs,
 )
 from ur5_ros.sweep.table import SweepFolder, input_keys
-from ur5_ros.sweep.units import with_unit
+from ur5_ros.sweep.units import quantity, shown, table_shown, with_unit
 from ur5_ros.wording import number_of
 
 #: Numbers that the maps show beside the success rate.
@@ -39,7 +39,7 @@ _TABLE = 'class="sortable" style="display:block;overflow-x:auto"'
 
 def write_report(folder: SweepFolder, path: Path) -> Rate:
     """Write the page of a sweep and return its success rate."""
-    table, spec = folder.table(), folder.spec
+    table, spec = table_shown(folder.table()), folder.spec
     maps = heat_maps(table, spec, [name for name in _MAPPED if name in table.columns])
     figures = [*_rate_figures(table, spec), *drawn_figures(table, spec),
                *(_map_figure(i, each) for i, each in enumerate(maps))]
@@ -129,7 +129,7 @@ def _criterion(spec: SweepSpec) -> str:
     """Return what counts as success."""
     if not spec.success:
         return 'Success: no check fails.'
-    limits = ', '.join(f'{with_unit(name)} at most {_short(limit)}'
+    limits = ', '.join(f'{name} at most {quantity(name, limit)}'
                        for name, limit in spec.success.items())
     return _text(f'Success: {limits}.')
 
@@ -139,6 +139,7 @@ def _runs(table: polars.DataFrame, spec: SweepSpec, folder: Path) -> str:
     keys = [key for key in input_keys(spec) if key in table.columns]
     numbers = list(dict.fromkeys(
         [name for name in (*spec.success, 'max_error') if name in table.columns]))
+    limits = {name: shown(name, limit) for name, limit in spec.success.items()}
     head = ''.join(f'<th>{_text(name)}</th>' for name in (
         'run', *map(with_unit, keys), 'status', *map(with_unit, numbers), 'why', 'repeat it'))
     rows = ''.join(
@@ -146,7 +147,7 @@ def _runs(table: polars.DataFrame, spec: SweepSpec, folder: Path) -> str:
             row['index'], *(_short(row[key]) for key in keys), row['status'],
             *(_short(row.get(name)) for name in numbers), row.get('why') or '',
             repeat_command(folder, row['index']),
-        )) + '</tr>\n' for row in worst_runs(table, MOST_RUNS, spec.success))
+        )) + '</tr>\n' for row in worst_runs(table, MOST_RUNS, limits))
     more = f' (the worst {MOST_RUNS} of {table.height})' if table.height > MOST_RUNS else ''
     return (f'<h2>Runs, the worst first{more}</h2>\n<table {_TABLE}><thead><tr>{head}</tr></thead>'
             f'<tbody>{rows}</tbody></table>\n')

@@ -23,6 +23,7 @@ from ur5_ros.loop.run_config import RunConfig, arm_named, run_config
 from ur5_ros.sim.limits import check_initial_state
 from ur5_ros.sweep.batch_validation import marks_of
 from ur5_ros.sweep.spec import RunSpec, SweepSpec, altered
+from ur5_ros.sweep.units import quantity
 
 #: Keys of a specification besides ``sim.<parameter>`` and ``control.<parameter>``.
 SPEC_KEYS = {
@@ -205,7 +206,7 @@ def _missed(success: Mapping[str, float], row: Mapping[str, Any]) -> list[str]:
     for name, limit in success.items():
         value = row.get(name, row.get(f'{name}: value'))
         if value is None or not value <= limit:
-            shown = 'not known' if value is None else f'{value:.4g}'
-            missed.append(f'{name} is {shown}, more than {limit:g}')
+            found = 'not known' if value is None else quantity(name, value)
+            missed.append(f'{name} is {found}, more than {quantity(name, limit)}')
     return missed
 
