@@ -128,19 +128,24 @@ def _gravity_cause(surplus: np.ndarray, gravity: np.ndarray) -> dict[str, Any] |
 
 
 def _best_lag(late: np.ndarray, early: np.ndarray) -> tuple[int, float, float]:
-    """Return the lag at which ``late[k + lag]`` is nearest to ``early[k]``, and both RMS."""
+    """
+    Return the lag at which ``late[k + lag]`` is nearest to ``early[k]``, and both RMS.
+
+    Rows of NaN do not count.
+    """
     n = len(late)
     longest = min(MAX_DELAY, n // 3)
-    best, left, before = 0, np.inf, np.inf
     pick = np.unique(np.linspace(longest, n - 1, ROWS).astype(int))
+    known, early_known = (np.isfinite(each).all(axis=1) for each in (late[pick], early))
+    late, early = np.nan_to_num(late[pick]), np.nan_to_num(early)
+    mean = np.full(longest + 1, np.inf)
     for lag in range(longest + 1):
-        gap = late[pick] - early[pick - lag]
-        size = float(np.sqrt(np.nanmean(gap**2))) if np.isfinite(gap).any() else np.inf
-        if lag == 0:
-            before = size
-        if size < left:
-            best, left = lag, size
-    return best, left, before
+        weight = known & early_known[pick - lag]
+        if weight.any():
+            gap = late - early[pick - lag]
+            mean[lag] = np.einsum('ij,ij->i', gap, gap) @ weight / (6 * weight.sum())
+    best = int(np.argmin(mean))
+    return best, float(np.sqrt(mean[best])), float(np.sqrt(mean[0]))
 
 
 def _best_order(acted: np.ndarray, sent: np.ndarray) -> tuple[tuple[int, ...], float]:
