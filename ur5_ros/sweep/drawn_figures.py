@@ -77,7 +77,7 @@ def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
         low, high = min(known, default=0.0), max(known, default=0.0)
         places.append([None if number is None else (number - low) / ((high - low) or 1.0)
                        for number in numbers])
-        labels.append(f'{key}<br>{low:.3g} to {high:.3g}')
+        labels.append(f'{key.replace(", ", ",<br>")}<br>{low:.3g} to {high:.3g}')
     traces = []
     for good, name, colour in ((True, 'succeeded', GOOD), (False, 'failed', BAD)):
         rows = [i for i, each in enumerate(success) if bool(each) is good][:MOST_LINES]
@@ -89,9 +89,9 @@ def _parallel(columns: dict[str, list[float]], result: str, values: list[Any],
                 'line': {'color': colour, 'width': 1}, 'opacity': _opacity(rows),
                 'hoverinfo': 'name'})
     return {'key': 'parallel', 'x': '', 'y': 'share of the range', 'log': False,
-            'title': 'All random values', 'wide': True,
+            'title': 'All random values', 'wide': True, 'legend': 'above',  # of long labels
             'caption': 'One line per run: blue succeeded, red failed. Each axis goes from the '
                        'least to the greatest value; a click on the legend hides a kind.',
             'xaxis': {'tickvals': list(range(len(axes))), 'ticktext': labels,
-                      'range': [-0.4, len(axes) - 0.6]},
+                      'autotickangles': [0, 90], 'range': [-0.4, len(axes) - 0.6]},
             'traces': traces}

@@ -146,8 +146,8 @@ def _runs(table: polars.DataFrame, spec: SweepSpec, folder: Path) -> str:
         '<tr>' + ''.join(f'<td>{_text(cell)}</td>' for cell in (
             row['index'], *(_short(row[key]) for key in keys), row['status'],
             *(_short(row.get(name)) for name in numbers), row.get('why') or '',
-            repeat_command(folder, row['index']),
-        )) + '</tr>\n' for row in worst_runs(table, MOST_RUNS, limits))
+        )) + f'<td class="whole">{_text(repeat_command(folder, row["index"]))}</td></tr>\n'
+        for row in worst_runs(table, MOST_RUNS, limits))
     more = f' (the worst {MOST_RUNS} of {table.height})' if table.height > MOST_RUNS else ''
     return (f'<h2>Runs, the worst first{more}</h2>\n<table {_TABLE}><thead><tr>{head}</tr></thead>'
             f'<tbody>{rows}</tbody></table>\n')
