@@ -41,6 +41,9 @@ CONFIGURATIONS = {
                               'delay.command_periods': 1, 'delay.state_periods': 1},
     'gravity left out of commands': {'effort_convention': 'gravity_excluded'},
 }
+#: Where both nodes run.
+ONE_CORE, ANY_CORE = 'two nodes, both on one core', 'two nodes, on any core'
+QUIET_DEMO, ONE_PROCESS = 'the demo, as it runs on a quiet machine', 'both nodes in one process'
 MODULES = {'sim': 'ur5_ros.nodes.sim_node', 'control': 'ur5_ros.nodes.control_node'}
 
 try:
@@ -179,15 +182,28 @@ def timed(call: Callable[[], object], states: int, scale: float) -> float:
 
 def two_nodes(scale: float) -> dict[str, float]:
     """Return the time of a period of both nodes, and of step and update within them [s]."""
-    found = {'period of two nodes': run_nodes(DURATION * scale, False)[0]}
-    period, times = run_nodes(DURATION * scale, True)
+    found = {f'period of {where}': run_nodes(DURATION * scale, where)[0]
+             for where in placements()}
+    period, times = run_nodes(DURATION * scale, general=True)
     return found | {
         'period of two nodes, general way': period,
         'step within the node, general way': times['sim'],
         'update within the node, general way': times['control']}
 
 
-def run_nodes(seconds: float, general: bool) -> tuple[float, dict[str, float]]:
+def placements() -> dict[str, tuple[str | None, dict[str, Any]]]:
+    """Return where the nodes run: by name, UR5_ROS_CORE and more that ``run_two_nodes`` takes."""
+    one_core, any_core = (str(max(os.sched_getaffinity(0))), {}), ('', {})
+    if GENERAL_ALONE:  # on a quiet machine its demo had both on one core
+        return {ONE_CORE: one_core, ANY_CORE: any_core, QUIET_DEMO: one_core}
+    from ur5_ros.launcher.node_processes import lockstep_cores
+    return {ONE_CORE: one_core, ANY_CORE: any_core,
+            QUIET_DEMO: (None, {'environments': lockstep_cores(0.0)}),
+            ONE_PROCESS: (None, {'composed': True})}
+
+
+def run_nodes(seconds: float, where: str = ONE_CORE, general: bool = False,
+              ) -> tuple[float, dict[str, float]]:
     """Return the mean time of a period, and the median ones of a step and an update [s]."""
     if GENERAL_ALONE:
         from ur5_ros.loop.plan import plan_run as config
@@ -198,20 +214,24 @@ def run_nodes(seconds: float, general: bool) -> tuple[float, dict[str, float]]:
         from ur5_ros.launcher.two_nodes import run_two_nodes
         from ur5_ros.loop.run_config import run_config as config
     from ur5_ros.bag.reader import open_bag
+    core, more = placements()[where]
+    os.environ.pop('UR5_ROS_CORE', None)
+    if core is not None:
+        os.environ['UR5_ROS_CORE'] = core
     start = NodeProcesses.start
     with tempfile.TemporaryDirectory(prefix='ur5-bench-') as name:
         folder = Path(name)
         files = {node: folder / f'{node}.npy' for node in MODULES}
 
-        def start_timed(self: Any, node: str, module: str, parameters: Any, **more: Any) -> None:
+        def start_timed(self: Any, node: str, module: str, parameters: Any, **rest: Any) -> None:
             self.environment['PYTHONPATH'] = str(Path(__file__).parent)
             self.environment[NODE] = json.dumps([node, str(files[node]), general])
-            start(self, node, 'version_probe', parameters, **more)
+            start(self, node, 'version_probe', parameters, **rest)
 
         if general:
             NodeProcesses.start = start_timed
         try:
-            run_two_nodes(config(duration=seconds), folder)
+            run_two_nodes(config(duration=seconds), folder, **more)
         finally:
             NodeProcesses.start = start
         sent = np.sort(open_bag(folder / 'sim').columns('/joint_states').log_time)
