@@ -9,7 +9,8 @@ from ur5_ros.config.experiments import load_experiment
 from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.worlds import base_pose, load_world
 from ur5_ros.control.experiment import experiment_trajectory
-from ur5_ros.control.laws.cartesian_impedance import cartesian_impedance, impedance_from
+from ur5_ros.control.gains import gains_from
+from ur5_ros.control.laws.cartesian_impedance import CartesianImpedance
 from ur5_ros.model.rotations import quaternion_of
 from ur5_ros.signals import ArmState
 from ur5_ros.sim.plant import Plant
@@ -88,15 +89,16 @@ class MujocoWorld:
 def both(experiment, arm_name, seconds):
     """Run an experiment in the plant and in MuJoCo, each under its own law; return both."""
     arm, spec = load_arm(arm_name), load_experiment(experiment)
-    impedance = impedance_from(ControlParameters.of(spec.control), np.zeros(6))
+    given = ControlParameters.of(spec.control)
+    law = CartesianImpedance(arm, gains_from(given.kp, given.kd), given)
     motion = experiment_trajectory(spec, arm, 1000, 0.02).trajectory
     start = motion.at(0).q
     plant = Plant(arm, {'world': spec.world, 'initial_positions': start.tolist()})
     witness = MujocoWorld(arm, load_world(spec.world), start)
     for k in range(round(seconds * 1000)):
         reference = motion.at(k * 1_000_000)
-        plant.step(cartesian_impedance(plant.state, reference, arm, impedance).total)
-        witness.step(cartesian_impedance(witness.state, reference, arm, impedance).total)
+        plant.step(law(plant.state, reference, 1e-3).total)
+        witness.step(law(witness.state, reference, 1e-3).total)
     return plant, witness
 
 

@@ -5,13 +5,11 @@ import pinocchio
 import pytest
 
 from ur5_ros.config import load_arm
+from ur5_ros.config.node_parameters import ControlParameters
 from ur5_ros.config.worlds import load_world
 from ur5_ros.control.controller import Controller
-from ur5_ros.control.laws.cartesian_impedance import (
-    Impedance,
-    cartesian_impedance,
-    limited_inverse,
-)
+from ur5_ros.control.gains import gains_from
+from ur5_ros.control.laws.cartesian_impedance import CartesianImpedance, limited_inverse
 from ur5_ros.errors import InputError
 from ur5_ros.model.kinematics import forward_kinematics, jacobian
 from ur5_ros.signals import ArmState, Reference
@@ -69,7 +67,13 @@ class Tool:
 def test_the_tool_obeys_the_equation_of_a_mass_on_a_spring(frame, inertia, seed):
     state, reference = sample(seed)
     tool, contact = Tool(), np.array([1.0, 2.0, -20.0, 0.3, 0.1, -0.2])
-    torque = cartesian_impedance(state, reference, ARM, Impedance(K, D, inertia, frame, WRENCH))
+    given = ControlParameters.of({
+        'impedance.stiffness': np.diag(K).tolist(), 'impedance.damping': np.diag(D).tolist(),
+        'impedance.inertia': [] if inertia is None else np.diag(inertia).tolist(),
+        'impedance.frame': frame})
+    law = CartesianImpedance(ARM, gains_from(given.kp, given.kd), given)
+    law.target_wrench = WRENCH
+    torque = law(state, reference, 1e-3)
     qdd, J, M = tool.acceleration(state, torque.total, contact)
     pose, v, a = tool.motion(state.q, state.qd, qdd)
     target, v_star, a_star = tool.motion(*reference)

@@ -35,54 +35,6 @@ class Impedance(NamedTuple):
     """Desired force [N] and torque [N m] of the tool on its surroundings, in base, shape (6,)."""
 
 
-def cartesian_impedance(state: ArmState, reference: Reference, arm: ArmParameters,
-                        impedance: Impedance) -> Torque:
-    r"""
-    Return the joint torque, with its parts.
-
-    The reference of the joints is that of the tool by forward kinematics.  With
-    :math:`e = (p - p^*, \log R R^{*T})` and :math:`F = w - K e - D \dot e`:
-
-    .. math::
-
-        \tau &= M J^+ (a^* - \dot J \dot q) + C \dot q + g + J^T F \\
-        \tau &= M J^+ (a^* - \dot J \dot q + M_x^{-1} F) + C \dot q + g
-
-    without and with M_x.  The tool then answers a contact wrench w_c as
-    :math:`\Lambda \ddot e + D \dot e + K e = w + w_c`, or
-    :math:`M_x \ddot e + D \dot e + K e = w + M_x \Lambda^{-1} w_c`: shaping the inertia leaves
-    the stiffness felt at rest changed, as w_c is not measured (Hogan 1985; Ott 2008, chapter 3).
-
-    Returned: ``feedback`` is what impedance and desired wrench take [N m].
-    """
-    torque, inverse, work = np.empty((5, 6)), np.empty((6, 6)), np.empty((kernel.WORK, 6))
-    constants = np.concatenate([arm.constants, arm.angle_offset])
-    return _torque(state, reference, arm, constants, impedance, _softness(impedance),
-                   (inverse, work, torque))
-
-
-def _softness(impedance: Impedance) -> np.ndarray:
-    """Return M_x^-1; zero where the tool keeps its own inertia."""
-    inertia = impedance.inertia
-    return np.zeros((6, 6)) if inertia is None else np.linalg.inv(inertia)
-
-
-def _torque(state: ArmState, reference: Reference, arm: ArmParameters, constants: np.ndarray,
-            impedance: Impedance, softness: np.ndarray,
-            out: tuple[np.ndarray, np.ndarray, np.ndarray]) -> Torque:
-    """Return the torque by the kernel, with the limited inverse of J near a singularity."""
-    inverse, _, torque = out
-    switches = np.array([impedance.frame == 'tool', impedance.inertia is not None,
-                         1.0 / SMALLEST_SINGULAR_VALUE], dtype=float)
-    arrays = (state.q, state.qd, *reference, constants, impedance.stiffness, impedance.damping,
-              softness, impedance.wrench, switches, *out)
-    if kernel.impedance_torque.run(1, [], arrays, []):
-        inverse[:] = limited_inverse(jacobian(state.q + arm.angle_offset, arm))
-        switches[2] = 0.0
-        kernel.impedance_torque.run(1, [], arrays, [])
-    return Torque(*torque)
-
-
 def limited_inverse(J: np.ndarray) -> np.ndarray:
     """Return J^-1 (..., 6, 6); near a singularity s/(s^2 + d^2) replaces 1/s (damped)."""
     U, s, Vt = np.linalg.svd(J)
@@ -98,14 +50,31 @@ def inverse_is_limited(q: np.ndarray, arm: ArmParameters) -> bool:
 
 
 class CartesianImpedance(Law):
-    """The law with its constants; see :func:`cartesian_impedance` for the equation."""
+    r"""
+    The law with its constants.
+
+    The reference of the joints is that of the tool by forward kinematics.  With
+    :math:`e = (p - p^*, \log R R^{*T})` and :math:`F = w - K e - D \dot e`:
+
+    .. math::
+
+        \tau &= M J^+ (a^* - \dot J \dot q) + C \dot q + g + J^T F \\
+        \tau &= M J^+ (a^* - \dot J \dot q + M_x^{-1} F) + C \dot q + g
+
+    without and with M_x.  The tool then answers a contact wrench w_c as
+    :math:`\Lambda \ddot e + D \dot e + K e = w + w_c`, or
+    :math:`M_x \ddot e + D \dot e + K e = w + M_x \Lambda^{-1} w_c`: shaping the inertia leaves
+    the stiffness felt at rest changed, as w_c is not measured (Hogan 1985; Ott 2008, chapter 3).
+
+    """
 
     def __init__(self, arm: ArmParameters, gains: Gains, parameters: ControlParameters) -> None:
         super().__init__(arm, gains, parameters)
-        self._impedance = impedance_from(parameters, self.target_wrench)
-        self._softness = _softness(self._impedance)
+        impedance = self._impedance = impedance_from(parameters, self.target_wrench)
+        inertia = impedance.inertia
+        self._softness = np.zeros((6, 6)) if inertia is None else np.linalg.inv(inertia)
         self._constants = np.concatenate([arm.constants, arm.angle_offset])
-        self._room = np.empty((6, 6)), np.empty((kernel.WORK, 6))
+        self._inverse, self._work = np.empty((6, 6)), np.empty((kernel.WORK, 6))
         kernel.impedance_torque.prepare()
 
     @classmethod
@@ -115,10 +84,18 @@ class CartesianImpedance(Law):
         check_sampled_impedance(impedance_from(parameters, cls.target_wrench), arm, control_rate)
 
     def __call__(self, state: ArmState, reference: Reference, dt: float) -> Torque:
-        """Return the torque."""
-        impedance = self._impedance._replace(wrench=self.target_wrench)
-        return _torque(state, reference, self.arm, self._constants, impedance, self._softness,
-                       (*self._room, np.empty((5, 6))))
+        """Return the torque; ``feedback`` is what impedance and desired wrench take [N m]."""
+        impedance, arm, torque = self._impedance, self.arm, np.empty((5, 6))
+        switches = np.array([impedance.frame == 'tool', impedance.inertia is not None,
+                             1.0 / SMALLEST_SINGULAR_VALUE], dtype=float)
+        arrays = (state.q, state.qd, *reference, self._constants, impedance.stiffness,
+                  impedance.damping, self._softness, self.target_wrench, switches, self._inverse,
+                  self._work, torque)
+        if kernel.impedance_torque.run(1, [], arrays, []):  # near a singularity
+            self._inverse[:] = limited_inverse(jacobian(state.q + arm.angle_offset, arm))
+            switches[2] = 0.0
+            kernel.impedance_torque.run(1, [], arrays, [])
+        return Torque(*torque)
 
 
 def impedance_from(parameters: ControlParameters, wrench: np.ndarray) -> Impedance:

@@ -12,7 +12,7 @@ CYLINDER, SPHERE, BOX, TRIANGLE = 0, 1, 2, 3
 #: Columns of a body: kind, rotation (corners of a triangle), place, size, ball around it, colour.
 TURN, PLACE, SIZE, BALL, COLOUR, COLUMNS = 1, 10, 13, 16, 20, 23
 #: Where the view has eye, right, down and ahead, length of focus, and height of the floor.
-FOCUS, FLOOR, VIEW = 12, 13, 14
+FOCUS, FLOOR = 12, 13
 
 _DEPTHS, _BYTES = types.Array(types.float32, 2, 'C'), types.Array(types.uint8, 2, 'C')
 _MISS = 1e30
