@@ -70,14 +70,8 @@ class FixedJointState:
         self.matches = layout.matches
         self._fill = layout.fill
         self._sizes = tuple(8 * number for number in self._counts.values())
-        self.stamp = slice(4, 12)
-        """Where the stamp is in a message."""
-        self.effort = slice(layout.slots.get('effort', (0,))[0],
-                            layout.slots.get('effort', (0,))[0] + 8 * self._counts['effort'])
-        """Where the effort is in a message."""
         self._places = [(layout.slots.get(field, (0,))[0], number)
                         for field, number in self._counts.items()]
-        self._read_effort = Struct(f'<{self._counts["effort"]}d').unpack_from
 
     def encode(self, stamp: int, position=(), velocity=(), effort=()) -> bytes:
         """
@@ -106,9 +100,10 @@ class FixedJointState:
         return (seconds * NANOSECONDS + nanoseconds, _frombuffer(data, _FLOAT, i, a),
                 _frombuffer(data, _FLOAT, j, b), _frombuffer(data, _FLOAT, k, c))
 
-    def stamp_and_effort(self, data: bytes) -> tuple[int, tuple[float, ...]]:
-        """Return the stamp [ns] and the efforts of a message that :meth:`matches`."""
-        return _stamp_from(data), self._read_effort(data, self.effort.start)
+    def stamp_and_effort(self, data: bytes) -> tuple[int, np.ndarray]:
+        """Return the stamp [ns] and the efforts, read-only, of a message that :meth:`matches`."""
+        offset, number = self._places[-1]
+        return _stamp_from(data), _frombuffer(data, _FLOAT, number, offset)
 
 
 class FixedTrajectoryPoint:

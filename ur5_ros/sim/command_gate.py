@@ -125,9 +125,10 @@ class CommandGate(ABC):
         """
         Offer six torques in joint order [N m]; return why they were refused, None if taken.
 
-        ``stamp`` is that of the state that they answer [ns], 0 where they have none.
+        ``stamp`` is that of the state that they answer [ns], 0 where they have none.  An array of
+        float64 is kept as it is.
         """
-        command = np.array(effort, dtype=float)
+        command = np.asarray(effort, dtype=float)
         if command.shape != (6,):
             return self._refuse(topic, 'wrong number of torques')
         if not is_finite(command.tolist()):
