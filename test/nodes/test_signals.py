@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
-from ros_processes import wait_until
+from ros_processes import TIMEOUT, wait_until
 
 #: As launch escalates from SIGINT to SIGTERM [s].
 LONGEST = 5.0
@@ -14,7 +14,7 @@ LONGEST = 5.0
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize('phase', ['imports', 'compiles'])
-def test_a_signal_ends_a_node_that_starts(ros, phase, number, tmp_path):
+def test_a_signal_ends_a_node_that_starts(ros, phase, number, tmp_path, times):
     folder = tmp_path / 'cache'
     control = ros.start('control', environment={'NUMBA_CACHE_DIR': str(folder)}, bag='none')
     if phase == 'compiles':
@@ -24,7 +24,7 @@ def test_a_signal_ends_a_node_that_starts(ros, phase, number, tmp_path):
         wait_until(lambda: holds_signals(control.pid), 'a node that listens')
     began = time.monotonic()
     assert control.stop(number) == 0, control.text
-    assert time.monotonic() - began < LONGEST
+    assert time.monotonic() - began < times(TIMEOUT, LONGEST)
     assert 'Traceback' not in control.text
     assert number.name in control.text
 

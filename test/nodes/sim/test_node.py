@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
-from ros_processes import send_until, wait_until
+from ros_processes import TIMEOUT, send_until, wait_until
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
@@ -343,7 +343,7 @@ def test_scales_of_the_friction_model_are_parameters(ros):
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_the_run_in_order(ros, number):
+def test_a_signal_ends_the_run_in_order(ros, number, times):
     watcher = ros.observer()
     sim = ros.start('sim')
     control = ros.start('control', experiment='joint_step', autostart=True)
@@ -351,9 +351,9 @@ def test_a_signal_ends_the_run_in_order(ros, number):
     wait_until(lambda: len(states) > 100, 'a running loop')
     sim.popen.send_signal(number)
     sim.popen.send_signal(number)
-    assert sim.ends(2.0) == 0, sim.text
+    assert sim.ends(times(TIMEOUT, 2.0)) == 0, sim.text
     control.popen.send_signal(number)
-    assert control.ends(2.0) == 0, control.text
+    assert control.ends(times(TIMEOUT, 2.0)) == 0, control.text
     for node in ('sim', 'control'):
         bag = open_bag(ros.bag(node))
         assert bag.complete
