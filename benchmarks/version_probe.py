@@ -108,6 +108,22 @@ class Loop:
         return median(steps[FIRST:]) * 1e-9, median(updates[FIRST:]) * 1e-9
 
 
+    def engine_time(self) -> float:
+        """Return the median time of PyBullet's own calls within a step [s]."""
+        bullet, times = self._plant.mechanics.bullet, []
+        advance = bullet.advance
+
+        def clocked(tau: Any) -> Any:
+            begin = time.perf_counter_ns()
+            result = advance(tau)
+            times.append(time.perf_counter_ns() - begin)
+            return result
+
+        bullet.advance = clocked
+        self.times(lambda plant, torque: plant.step(torque))
+        return median(times[FIRST:]) * 1e-9
+
+
 def fast_step(plant: Any, torque: np.ndarray) -> None:
     """Take a step as the nodes of version 0.1 took most of theirs."""
     tau = tuple(torque.tolist())
@@ -118,13 +134,17 @@ def loops(scale: float) -> dict[str, float]:
     """Return the times of a step and an update in each configuration [s]."""
     periods, found = int(PERIODS * scale), {}
     if GENERAL_ALONE:
-        found['step, fast copy'], found['update, fast copy'] = Loop({}, periods).times(fast_step)
+        usual = next(iter(CONFIGURATIONS))
+        found[f'fast copy of step, {usual}'], found[f'fast copy of update, {usual}'] = Loop(
+            {}, periods).times(fast_step)
     leave_out_fast_ways()
     configurations = {name: (sim, False) for name, sim in CONFIGURATIONS.items()}
     configurations['caches emptied before each call'] = ({}, True)
     for name, (sim, cold) in configurations.items():
         found[f'step, {name}'], found[f'update, {name}'] = Loop(sim, periods, cold).times(
             lambda plant, torque: plant.step(torque))
+        if not GENERAL_ALONE and not sim:
+            found[f'PyBullet alone in step, {name}'] = Loop(sim, periods, cold).engine_time()
     return found
 
 

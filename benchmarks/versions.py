@@ -102,17 +102,23 @@ def main() -> None:
     measure(old, 0.2), measure(HERE, 0.2)  # compiles, and fills the caches of the disk
     rounds = interleave({'old': lambda: measure(old, scale), 'new': lambda: measure(HERE, scale)},
                         repeats)
-    rows = [composed(rounds)]
-    for name in filter(rounds['old'][0].__contains__, rounds['new'][0]):
-        pair = {side: [each[name] for each in rounds[side]] for side in rounds}
-        detail = f'{shown(median(pair["new"]))} against {shown(median(pair["old"]))}'
-        if name.endswith('a command within the limits'):
-            copy = [each[name.partition(',')[0] + ', fast copy'] for each in rounds['old']]
-            detail += f'; its fast copy: {shown(median(copy))}'
-        rows.append(Row(name, 'version 0.1', ratio(pair, 'new', 'old'), BARS.get(name, SCATTER),
-                        False, detail))
+    names = filter(rounds['old'][0].__contains__, rounds['new'][0])
+    rows = [composed(rounds), *(beside(name, rounds) for name in names)]
     publish('versions', 'This version beside version 0.1', rows, {'seconds': rounds},
             keep=not options.quick)
+
+
+def beside(name: str, rounds: dict[str, list[dict[str, float]]]) -> Row:
+    """Return a figure of both versions; of a step also what PyBullet and the fast copy took."""
+    pair = {side: [each[name] for each in rounds[side]] for side in rounds}
+    detail = f'{shown(median(pair["new"]))} against {shown(median(pair["old"]))}'
+    for side, part, words in (('new', 'PyBullet alone in', "PyBullet's own calls"),
+                              ('old', 'fast copy of', 'its fast copy')):
+        if f'{part} {name}' in rounds[side][0]:
+            seconds = median(each[f'{part} {name}'] for each in rounds[side])
+            detail += f'; {words}: {shown(seconds)}'
+    return Row(name, 'version 0.1', ratio(pair, 'new', 'old'), BARS.get(name, SCATTER), False,
+               detail)
 
 
 def composed(rounds: dict[str, list[dict[str, float]]]) -> Row:
