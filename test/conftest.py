@@ -1,5 +1,6 @@
 """The fault scorecard: which row of the catalogue has which test, and how it went."""
 
+import gc
 import json
 import os
 from collections import defaultdict
@@ -11,6 +12,7 @@ import thorough
 import yaml
 
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # before NumPy: as the command and the nodes
+gc.disable()  # what is imported and collected stays: no time to look through it, now or later
 
 CATALOGUE = Path(__file__).parent / 'faults' / 'catalogue.yaml'
 REPO = Path(__file__).parents[1]
@@ -39,6 +41,14 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if 'times' in signature(getattr(item, 'function', print)).parameters:
             item.add_marker('thorough')
+
+
+@pytest.hookimpl(tryfirst=True)  # before the loop itself, of pytest or of a worker
+def pytest_runtestloop():
+    """Let the garbage collector look at what tests make, and at nothing older."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_configure(config):

@@ -3,11 +3,10 @@
 import ast
 import re
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = {path: ast.parse(path.read_text(encoding='utf-8'))
-           for path in sorted((ROOT / 'ur5_ros').rglob('*.py'))}
 
 #: Rooms that gain nothing by being split.
 FLAT = ('ur5_ros/sim', 'ur5_ros/control')
@@ -21,6 +20,13 @@ BANNED = {
     'anybody', 'nobody', 'whoever', 'hang', 'believe', 'believed', 'obey', 'usual', 'plainly',
     'blame', 'lacking', 'rivals', 'promise', 'lumped', 'hear', 'heard',
 }
+
+
+@cache
+def modules() -> dict[Path, ast.Module]:
+    """Return every module of the product, parsed."""
+    return {path: ast.parse(path.read_text(encoding='utf-8'))
+            for path in sorted((ROOT / 'ur5_ros').rglob('*.py'))}
 
 
 def without_docstrings(node: ast.AST) -> int:
@@ -52,27 +58,28 @@ def words(name: str) -> set[str]:
 
 
 def test_a_folder_can_be_read_at_a_glance():
-    count = Counter(str(path.parent.relative_to(ROOT)) for path in MODULES
+    count = Counter(str(path.parent.relative_to(ROOT)) for path in modules()
                     if path.name != '__init__.py')
     assert not {folder: number for folder, number in count.items()
                 if number > MODULES_A_FOLDER and folder not in FLAT}
 
 
 def test_a_module_has_one_subject():
-    assert not {str(path.relative_to(ROOT)): lines for path, tree in MODULES.items()
+    assert not {str(path.relative_to(ROOT)): lines for path, tree in modules().items()
                 if tree.body and (lines := without_docstrings(tree)) > LINES_A_MODULE}
 
 
 def test_a_function_fits_a_screen():
-    assert not {f'{path.relative_to(ROOT)}: {node.name}': lines for path, tree in MODULES.items()
-                for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+    assert not {f'{path.relative_to(ROOT)}: {node.name}': lines
+                for path, tree in modules().items() for node in ast.walk(tree)
+                if isinstance(node, ast.FunctionDef)
                 and (lines := without_docstrings(node)) > LINES_A_FUNCTION}
 
 
 def test_names_are_words_of_the_field():
     tests = {path: ast.parse(path.read_text(encoding='utf-8'))
              for path in sorted((ROOT / 'test').rglob('*.py'))}
-    found = {f'{path.relative_to(ROOT)}: {name}' for path, tree in (MODULES | tests).items()
+    found = {f'{path.relative_to(ROOT)}: {name}' for path, tree in (modules() | tests).items()
              for name in {path.stem, *names(tree)}
              if words(name) & BANNED and not name.startswith('test_')}  # those are sentences
     assert not found
