@@ -5,8 +5,8 @@ from types import ModuleType
 
 import numpy as np
 
-#: Length of the kernel's working space.
-WORK = 66
+#: Rows of the kernel's working space.
+WORK = 11
 
 
 def solve_friction(
@@ -37,8 +37,9 @@ def solve_friction(
             upper >= 0.0).all():
         return -qd, f  # most of what a brake does, without Numba
     delta, f = np.empty(6), np.empty(6)
-    given = [A, drive, qd, level, lower, upper, np.empty(WORK)]
-    if kernels().friction.run(1, [], given, [delta, f]):
+    # copies: a kernel for arrays that may be written shares its helpers with that of a step
+    given = [np.array(each, dtype=float) for each in (A, drive, qd, level, lower, upper)]
+    if kernels().friction.run(1, [], [*given, np.empty((WORK, 6))], [delta, f]):
         raise ArithmeticError('the resistance of the joints was not found')
     return delta, f
 

@@ -25,8 +25,8 @@ from ur5_ros.sim.friction import WORK, kernels
 NO_JOINTS = np.zeros(6, dtype=bool)
 NO_JOINTS.flags.writeable = False
 
-#: Lengths of the kernel's input (M, C qd + g, q, qd, torque, J^T w) and of its working space.
-STATE, WORKING = 66, 72 + WORK
+#: Length of the kernel's input (M, C qd + g, q, qd, torque, J^T w), rows of its working space.
+STATE, WORKING = 66, 12 + WORK
 _write = struct.Struct(f'{STATE}d').pack_into
 _ZEROS = np.zeros(6)
 
@@ -62,7 +62,8 @@ class PlantIntegrator:
             effects.armature / step_time, effects.lower, effects.upper, [step_time],
             *_parts(effects.friction)])
         """What acts on the joints, as the kernels read it."""
-        self._state, self._work, self._torque = np.empty(STATE), np.empty(WORKING), np.empty(6)
+        self._state, self._torque = np.empty(STATE), np.empty(6)
+        self._work = np.empty((WORKING, 6))
         self._page = self._state.data.cast('B')
         self._held = np.zeros(6, dtype=bool)
         self._kernel: Callable[..., int] | None = None

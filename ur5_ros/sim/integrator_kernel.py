@@ -4,7 +4,7 @@ from math import exp, fabs, sqrt
 
 import numpy as np
 
-from ur5_ros.model.kernels.compiled import B1, R1, R2, W1, inlined, kernel
+from ur5_ros.model.kernels.compiled import B1, R1, W1, W2, inlined, kernel
 
 #: Faces of the problem that are tried at most; six joints need fewer than twenty.
 _MOST_FACES = 1000
@@ -18,6 +18,9 @@ _AT_REST = 1e-9
 
 #: Where the constants have the stops, the length of the step and the parts of friction.
 LOWER, UPPER, STEP_TIME, FRICTION = 6, 12, 18, 19
+
+#: The row of the working space of :func:`solve_active_set` that says which joints are free.
+FREE = 6
 
 #: Codes of :func:`engine_torque` besides 0.
 HELD, FAILED = 1, 2
@@ -97,9 +100,7 @@ def release_constraint(v, f, free, level, lower, upper):
 @inlined
 def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
     """Write delta and f of ``solve_friction``; return 1 if they were not found."""
-    L = work[:36].reshape((6, 6))
-    free, sign, v = work[36:42], work[42:48], work[48:54]
-    b, target = work[54:60], work[60:66]
+    L, free, sign, v, b, target = work[:6], work[FREE], work[7], work[8], work[9], work[10]
     size, dry, rest = 0.0, False, True
     for i in range(6):
         dry |= level[i] > 0.0
@@ -152,7 +153,7 @@ def solve_active_set(A, drive, qd, level, lower, upper, work, delta, f):
     return 1
 
 
-@kernel(R2, R1, R1, R1, R1, R1, W1, W1, W1, hot=True)
+@kernel(W2, W1, W1, W1, W1, W1, W2, W1, W1, hot=True)
 def friction(A, drive, qd, level, lower, upper, work, delta, f):
     """Write delta and f of ``solve_friction``; return 1 if they were not found."""
     return solve_active_set(A, drive, qd, level, lower, upper, work, delta, f)
@@ -167,7 +168,8 @@ def joint_friction(constants, i, qd, load):
         constants[FRICTION + 36 + i], constants[FRICTION + 42 + i], constants[FRICTION + 48 + i])
     speed, level = fabs(qd), coulomb
     if excess > 0.0:
-        level += excess * exp(-(qd / velocity) ** 2)
+        ratio = qd / velocity
+        level += excess * exp(-ratio * ratio)
     level = warm * (level + share * fabs(load))
     damping = max(viscous + speed * (quadratic + speed * cubic), 0.0)
     direction = 0.0 if speed < _AT_REST else np.sign(qd)
@@ -190,16 +192,15 @@ def prepare_step(state, constants, A, drive, lowest, highest, level):
         A[i, i] += constants[i] + damping
 
 
-@kernel(R1, R1, W1, W1, B1, hot=True)
+@kernel(W1, R1, W2, W1, B1, hot=True)
 def engine_torque(state, constants, work, torque, held):
     """Write the torque of ``PlantIntegrator.engine_torque`` and the joints held; return a code."""
     m, bias, q, qd = state[:36], state[36:42], state[42:48], state[48:54]
     lower, upper, h = constants[LOWER:UPPER], constants[UPPER:STEP_TIME], constants[STEP_TIME]
-    A, drive = work[:36].reshape((6, 6)), work[36:42]
-    lowest, highest, level = work[42:48], work[48:54], work[54:60]
-    delta, f = work[60:66], work[66:72]
+    A, drive, lowest, highest, level = work[:6], work[6], work[7], work[8], work[9]
+    delta, f, solving = work[10], work[11], work[12:]
     prepare_step(state, constants, A, drive, lowest, highest, level)
-    if solve_active_set(A, drive, qd, level, lowest, highest, work[72:], delta, f):
+    if solve_active_set(A, drive, qd, level, lowest, highest, solving, delta, f):
         return FAILED
     code = 0
     for i in range(6):

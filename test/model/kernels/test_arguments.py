@@ -8,6 +8,7 @@ import textwrap
 import threading
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
@@ -214,6 +215,27 @@ def test_compiled_kernels_are_kept_and_taken_from_the_cache(cache):
     again = run(textwrap.dedent(count) + CALL + 'print(len(compiled))', NUMBA_CACHE_DIR=str(cache))
     assert again.split()[-1] == '0'
     assert sorted(cache.rglob('*.nbc')) == kept
+
+
+def test_a_helper_is_compiled_once_for_all_whole_numbers():
+    @compiled.inlined
+    def entry(x, i):
+        return x[i]
+
+    ends = numba.njit(lambda x: entry(x, 0) + entry(x, 2))
+    assert ends(np.array([1.0, 2.0, 4.0])) == 5.0
+    assert len(entry.signatures) == 1
+
+
+def test_nothing_is_collected_while_a_kernel_is_compiled(tmp_path):
+    watch = """
+    import gc
+    from ur5_ros.model.kernels.compile_notice import on_compile
+    on_compile(lambda name: print(gc.isenabled()))
+    """
+    told = run(textwrap.dedent(watch) + CALL + 'print(gc.isenabled())',
+               NUMBA_CACHE_DIR=str(tmp_path)).splitlines()
+    assert (told[0], told[-1]) == ('False', 'True')
 
 
 def test_a_damaged_cache_does_no_harm(filled, cache):

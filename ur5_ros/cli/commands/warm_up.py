@@ -18,6 +18,8 @@ _MODEL = 'ur5_ros.model.kernels'
 KERNELS = (
     (f'{_MODEL}.inverse_kinematics', 'solve'),
     ('ur5_ros.control.kernel', 'law'),
+    ('ur5_ros.sim.integrator_kernel', 'engine_torque'),
+    ('ur5_ros.sim.integrator_kernel', 'friction'),
     (f'{_MODEL}.dynamics', 'inverse'),
     (f'{_MODEL}.kinematics', 'pose'),
     (f'{_MODEL}.dynamics', 'terms'),
@@ -25,8 +27,6 @@ KERNELS = (
     (f'{_MODEL}.dynamics', 'inertia'),
     (f'{_MODEL}.kinematics', 'jacobian_rate'),
     (f'{_MODEL}.kinematics', 'jacobian'),
-    ('ur5_ros.sim.integrator_kernel', 'engine_torque'),
-    ('ur5_ros.sim.integrator_kernel', 'friction'),
     (f'{_MODEL}.dynamics', 'gravity'),
     (f'{_MODEL}.kinematics', 'links'),
 )

@@ -2,8 +2,6 @@
 
 from math import isfinite
 
-from numpy import intp
-
 from ur5_ros.model.kernels.base_parameters import ARMATURE, SHOULDER, SPIN
 from ur5_ros.model.kernels.compiled import R1, W1, W2, inlined, kernel
 from ur5_ros.model.kernels.composite_inertia import (
@@ -25,17 +23,6 @@ from ur5_ros.model.kernels.plane_geometry import (
     gravity_in_plane,
     total,
 )
-
-
-@inlined
-def every_state(of_state, a, b, c, k, out):
-    """Apply a function of three arrays to every state; return 1 where a result is not finite."""
-    if a.size != out.size or b.size != out.size or c.size != out.size:
-        return 1
-    for at in range(0, out.size, 6):
-        if not isfinite(of_state(a, b, c, k, out, at)):
-            return 1
-    return 0
 
 
 @inlined
@@ -103,16 +90,16 @@ def terms_of_state(q, qd, k, m, c, g, at):
     moved = qd[at], r3[1], r4[1], r5[0], r5[1]
     a = gravity_in_plane(q[at], k)
     whole = flow(b6, s6)
-    joint(at, intp(5), whole, (w6, u6), r6, lines, moved, a, k, m, c, g)
+    joint(at, 5, whole, (w6, u6), r6, lines, moved, a, k, m, c, g)
     whole = joined(whole, flow(b5, s5))
-    joint(at, intp(4), whole, (w5, u5), r5, lines, moved, a, k, m, c, g)
+    joint(at, 4, whole, (w5, u5), r5, lines, moved, a, k, m, c, g)
     whole = joined(whole, flow(b4, s4))
-    joint(at, intp(3), whole, (Z, u4), r4, lines, moved, a, k, m, c, g)
+    joint(at, 3, whole, (Z, u4), r4, lines, moved, a, k, m, c, g)
     whole = joined(whole, flow(b3, s3))
-    joint(at, intp(2), whole, (Z, u3), r3, lines, moved, a, k, m, c, g)
+    joint(at, 2, whole, (Z, u3), r3, lines, moved, a, k, m, c, g)
     whole = joined(whole, flow(b2, s2))
     r2 = ((qd[at], 0.0, 0.0), NIL)
-    joint(at, intp(1), whole, (Z, NIL), r2, lines, moved, a, k, m, c, g)
+    joint(at, 1, whole, (Z, NIL), r2, lines, moved, a, k, m, c, g)
     h, e, p, d = whole
     m[at, 0] = e[0] + e[5] + k[SPIN] + k[ARMATURE]
     c[at, 0] = d[0] + d[8]
@@ -164,11 +151,11 @@ def inertia(q, k, m):
         turns, origins, lines = axes(q, at, k)
         m11, c2, c3, c4, c5, c6 = mass_columns(bodies(turns, origins, k), lines, k)
         m[at, 0] = m11
-        write_mass(m, at, intp(1), c2, k)
-        write_mass(m, at, intp(2), c3, k)
-        write_mass(m, at, intp(3), c4, k)
-        write_mass(m, at, intp(4), c5, k)
-        write_mass(m, at, intp(5), c6, k)
+        write_mass(m, at, 1, c2, k)
+        write_mass(m, at, 2, c3, k)
+        write_mass(m, at, 3, c4, k)
+        write_mass(m, at, 4, c5, k)
+        write_mass(m, at, 5, c6, k)
         if not isfinite(q[at] + m11 + c5[4] + c6[5] + c6[0]):
             return 1
     return 0
@@ -199,23 +186,21 @@ def gravity(q, k, g):
     return 0
 
 
-@inlined
-def torque_of_state(q, qd, qdd, k, tau, at):
-    """Write the joint torque of one state of motion; return its sum."""
-    turns, origins, lines = axes(q, at, k)
-    t1, t2, t3, t4, t5, t6 = torque_of_motion(
-        bodies(turns, origins, k), lines, qd, qdd, at, gravity_in_plane(q[at], k), k)
-    tau[at] = t1 + k[ARMATURE] * qdd[at]
-    tau[at + 1] = t2 + k[ARMATURE + 1] * qdd[at + 1]
-    tau[at + 2] = t3 + k[ARMATURE + 2] * qdd[at + 2]
-    tau[at + 3] = t4 + k[ARMATURE + 3] * qdd[at + 3]
-    tau[at + 4] = t5 + k[ARMATURE + 4] * qdd[at + 4]
-    tau[at + 5] = t6 + k[ARMATURE + 5] * qdd[at + 5]
-    return total(tau, at)
-
-
 @kernel(R1, R1, R1, R1, W1, hot=True)
 def inverse(q, qd, qdd, k, tau):
     """Joint torque of every state of motion."""
-    return every_state(torque_of_state, q, qd, qdd, k, tau)
-
+    if q.size != tau.size or qd.size != tau.size or qdd.size != tau.size:
+        return 1
+    for at in range(0, tau.size, 6):
+        turns, origins, lines = axes(q, at, k)
+        t1, t2, t3, t4, t5, t6 = torque_of_motion(
+            bodies(turns, origins, k), lines, qd, qdd, at, gravity_in_plane(q[at], k), k)
+        tau[at] = t1 + k[ARMATURE] * qdd[at]
+        tau[at + 1] = t2 + k[ARMATURE + 1] * qdd[at + 1]
+        tau[at + 2] = t3 + k[ARMATURE + 2] * qdd[at + 2]
+        tau[at + 3] = t4 + k[ARMATURE + 3] * qdd[at + 3]
+        tau[at + 4] = t5 + k[ARMATURE + 4] * qdd[at + 4]
+        tau[at + 5] = t6 + k[ARMATURE + 5] * qdd[at + 5]
+        if not isfinite(total(tau, at)):
+            return 1
+    return 0

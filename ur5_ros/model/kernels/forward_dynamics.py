@@ -1,8 +1,10 @@
 """Kernel of the forward dynamics: M by columns, its factors L D L^T, and the acceleration."""
 
+from math import isfinite
+
 from ur5_ros.model.kernels.base_parameters import ARMATURE
 from ur5_ros.model.kernels.compiled import R1, W1, inlined, kernel
-from ur5_ros.model.kernels.dynamics import every_state, mass_columns
+from ur5_ros.model.kernels.dynamics import mass_columns
 from ur5_ros.model.kernels.newton_euler import torque_of_motion
 from ur5_ros.model.kernels.plane_geometry import axes, bodies, gravity_in_plane, total
 
@@ -58,5 +60,10 @@ def acceleration_of_state(q, qd, tau, k, qdd, at):
 @kernel(R1, R1, R1, R1, W1, hot=True)
 def forward(q, qd, tau, k, qdd):
     """Joint acceleration of every state under torque."""
-    return every_state(acceleration_of_state, q, qd, tau, k, qdd)
+    if q.size != qdd.size or qd.size != qdd.size or tau.size != qdd.size:
+        return 1
+    for at in range(0, qdd.size, 6):
+        if not isfinite(acceleration_of_state(q, qd, tau, k, qdd, at)):
+            return 1
+    return 0
 

@@ -14,6 +14,7 @@ from ur5_ros.model.kernels.plane_geometry import axes
 from ur5_ros.model.kernels.trigonometry import sine_cosine
 from ur5_ros.sim.integrator_kernel import (
     FAILED,
+    FREE,
     HELD,
     LOWER,
     STEP_TIME,
@@ -138,8 +139,9 @@ def contact_step(room, k, bodies, points, last_points, last_force, force):
     q, qd, gravity, h = state[42:48], state[48:54], k[GRAVITY:GRAVITY + 3], constants[STEP_TIME]
     M, drive = work[:36].reshape((6, 6)), work[36:42]
     lowest, highest, delta, f = work[42:48], work[48:54], work[54:60], work[60:66]
-    solving, free, loaded = work[66:132], work[102:108], work[132:138]
+    solving, loaded = work[66:132].reshape((11, 6)), work[132:138]
     L, level, was_free = work[138:174].reshape((6, 6)), work[174:180], out[6:12]
+    free = solving[FREE]
     count, number, rows = points.shape[0], bodies.shape[0], 3 * points.shape[0]
     u, before, rotations, J, X, F, limit, give, directions, W = divide(work, number, count)
     prepare_step(state, constants, M, drive, lowest, highest, level)
