@@ -106,7 +106,7 @@ class Workers:
 def main() -> None:
     """Measure and keep the table."""
     options = arguments(__doc__, REPEATS).parse_args()
-    repeats, runs = (1, 8) if options.quick else (options.repeats, RUNS)
+    repeats, runs = (1, 2) if options.quick else (options.repeats, RUNS)
     limit_threads(1)  # as a worker does
     rates = {name: rate_of(lines) for name, (lines, _) in KINDS.items()}
     figures = interleave({'bare': bare_rate(), **rates}, 1 if options.quick else 3 * repeats)

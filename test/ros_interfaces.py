@@ -6,6 +6,7 @@ code, and the C++ compiler makes one library of each package, once for each inte
 """
 
 import ctypes
+import fcntl
 import hashlib
 import importlib.util
 import os
@@ -50,9 +51,16 @@ def _built() -> Path:
     for path in sorted(SOURCES.rglob('*.*')):
         content.update(path.name.encode() + path.read_bytes())
     folder = PREFIX / 'test_interfaces' / content.hexdigest()[:16]
-    if folder.exists():
-        return folder
     folder.parent.mkdir(exist_ok=True)
+    with open(folder.parent / 'lock', 'w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # tests that run at the same time wait for the first
+        if not folder.exists():
+            _build_all(folder)
+    return folder
+
+
+def _build_all(folder: Path) -> None:
+    """Build the packages beside a folder, and give them its name when they are whole."""
     with tempfile.TemporaryDirectory(dir=folder.parent) as name:
         work, ready = Path(name), Path(name) / 'ready'
         # a process of its own, as the generators print and change the working folder
@@ -62,9 +70,7 @@ def _built() -> Path:
                            capture_output=True, env=environment)
             shutil.copytree(work / package / 'python', ready, dirs_exist_ok=True,
                             ignore=shutil.ignore_patterns('*.c', '*.o'))
-        if not folder.exists():
-            ready.rename(folder)
-    return folder
+        ready.rename(folder)
 
 
 def generate(package: str, out: Path) -> None:

@@ -172,14 +172,14 @@ def test_a_law_that_cannot_run_is_refused_in_one_line(tmp_path, body, words):
 
 @pytest.mark.parametrize(('text', 'words'), [
     ('x = 1\n', 'defines no class Law; give it one with __init__'),
-    ('while True:\n    pass\n', 'no result after 8 s; an endless loop'),
+    ('while True:\n    pass\n', 'no result after 5 s; an endless loop'),
     ('import os\nos._exit(0)\n', 'ended with code 0 before'),
     ('import no_such_module\n', r"No module named 'no_such_module' \(line 1\)"),
 ])
 def test_a_file_whose_import_is_wrong_is_refused_in_one_line_by_its_own_process(
         tmp_path, text, words):
     with pytest.raises(InputError, match=words) as refusal:
-        probed_entry(law_file(tmp_path, text), seconds=8.0 if 'while' in text else 60.0)
+        probed_entry(law_file(tmp_path, text), seconds=5.0 if 'while' in text else 60.0)
     assert '\n' not in str(refusal.value) and 'my_law.py' in str(refusal.value)
 
 

@@ -37,7 +37,7 @@ def arm(request):
 
 @pytest.fixture(scope='module')
 def found(arm):
-    return excite(arm, seconds=20.0, budget=12.0, acceleration=ACCELERATION,
+    return excite(arm, seconds=20.0, budget=6.0, acceleration=ACCELERATION,
                   clearance=CLEARANCE)
 
 
@@ -107,7 +107,7 @@ def test_the_files_hold_the_same_motion(found, motion, arm, tmp_path):
 
 
 def test_the_arm_that_moves_so_is_identified(looped, tmp_path):
-    found = excite(load_arm('ur5_real'), seconds=15.0, budget=6.0)
+    found = excite(load_arm('ur5_real'), seconds=15.0, budget=3.0)
     file = tmp_path / 'motion.yaml'
     file.write_text(experiment_yaml(found.experiment))
     run = looped(str(file), duration=15.0, control_rate=500, sim={'noise.velocity': 1e-3})
