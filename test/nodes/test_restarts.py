@@ -4,6 +4,7 @@ import os
 import random
 import signal
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,12 +48,19 @@ class Restarts:
         return node
 
     def wait_for_answers(self) -> None:
-        """Wait until five further states have been answered."""
+        """Wait until five further states have been answered, and the controller records them."""
         answered = len(self.commands)
         began = time.monotonic()
         wait_until(lambda: len(self.commands) > answered, 'a command')
         self.took.append(time.monotonic() - began)
         wait_until(lambda: len(self.commands) > answered + 5, 'five more')
+        starts = len(self.ros.processes)
+        wait_until(lambda: len(self.folders('control')) == starts - 1,
+                   'a folder of the controller for each start but the first simulator')
+
+    def folders(self, node: str) -> list[Path]:
+        """Return the folders that a node, or one in its place, has recorded into."""
+        return sorted((self.ros.folder / 'bags').glob(f'*/{node}*'))
 
     def restart(self) -> None:
         """End one node, by a signal that asks or by one that does not, and start it again."""
@@ -92,11 +100,7 @@ def test_a_restart_of_either_node_is_followed(ros, lockstep, times, record_prope
                for state in pair.states) < 0.02
     assert pair.lines() <= MOST_LINES * (number + 2)
     assert not any('keep one of them' in node.text for node in ros.processes), 'one was killed'
-    bags = sorted((ros.folder / 'bags').glob('*/*'))
-    simulators = [bag for bag in bags if bag.name == 'sim']
-    controllers = [bag for bag in bags if bag.name.startswith('control')]
-    starts = len(ros.processes)
+    simulators = pair.folders('sim')
     assert len(simulators) == sum('recorded in' in node.text for node in ros.processes)
-    assert len(controllers) == starts - 1, 'a folder for each start but the first simulator'
-    for bag in bags:
+    for bag in [*simulators, *pair.folders('control')]:
         assert open_bag(bag).topics

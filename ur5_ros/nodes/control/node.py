@@ -1,6 +1,7 @@
 """The node ``ur5_control``: states in, computed torque out."""
 
 import time
+from collections import deque
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
@@ -40,8 +41,8 @@ POLL_PERIOD = 0.05
 RESULT_TIMEOUT = 0.3
 #: A simulator names its run every second; after this wall time the run is over [s].
 NAME_TIMEOUT = 2.5
-#: Two robots count when so many looks in a row, a second apart, find them: for two seconds the
-#: middleware lists one that was killed.
+#: Two robots count when so many looks in a row, a second apart, find the same ones: for two
+#: seconds the middleware lists one that was killed.
 CROWDED_LOOKS = 4
 #: Wall time after the first state in which a run may still be named [s].
 NAMING_TIME = 5.0
@@ -83,7 +84,8 @@ class ControlNode:
         self._run_name, self._named_at = '', 0.0
         self._started_with = controller.parameters
         self._changes: list[dict[str, Any]] = []
-        self._crowded, self._two_robots = 0, False
+        self._robots: deque[set[bytes]] = deque(maxlen=CROWDED_LOOKS)
+        self._two_robots = False
         self._reported_rate = 0.0
         self._every_second = EverySecond()
         self._waiting_line = Throttle(WAITING_PERIOD)
@@ -204,12 +206,14 @@ class ControlNode:
         """Look for the publishers of states and for incompatible ones; report them to the loop."""
         found = incompatible_publishers(self.node, self._topics)
         states = self._names['joint_states']
-        robots = [each.node_name for each in self.node.get_publishers_info_by_topic(states)]
-        self._crowded = self._crowded + 1 if len(robots) > 1 else 0
-        crowded = self._crowded >= CROWDED_LOOKS
+        robots = {bytes(each.endpoint_gid): each.node_name
+                  for each in self.node.get_publishers_info_by_topic(states)}
+        self._robots.append(set(robots))
+        staying = set.intersection(*self._robots)
+        crowded = len(self._robots) == CROWDED_LOOKS and len(staying) > 1
         if crowded:
-            found.append((states, 'two robots',
-                          f'published by {", ".join(sorted(robots))}; keep one of them'))
+            names = ', '.join(sorted(robots[publisher] for publisher in staying))
+            found.append((states, 'two robots', f'published by {names}; keep one of them'))
 
         def report_found() -> None:
             self._two_robots = crowded
