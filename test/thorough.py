@@ -12,6 +12,8 @@ import time
 from pathlib import Path
 from typing import Any, TypeVar
 
+import pytest
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 THOROUGH = bool(os.environ.get('UR5_ROS_THOROUGH'))
 
@@ -27,12 +29,19 @@ class Evidence:
     """
     Keeps outcome, duration and figures (``record_property``) of thorough tests as JSON.
 
-    Tests that a run leaves out keep what an earlier run found, with its date.
+    Tests that a run leaves out keep what an earlier run found, with its date, as long as they
+    exist under their name.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.found: dict[str, dict[str, Any]] = {}
+        self.collected: set[str] = set()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(self, items):
+        """Take note of the tests there are, before some are left out."""
+        self.collected = {item.nodeid for item in items}
 
     def pytest_runtest_logreport(self, report):
         if 'thorough' not in report.keywords or report.when != 'call' and report.passed:
@@ -48,7 +57,9 @@ class Evidence:
         sys.path.append(str(BENCHMARKS))
         from side_by_side import Row, publish
         kept = json.loads(self.path.read_text())['tests'] if self.path.exists() else {}
-        tests = dict(sorted((kept | self.found).items()))
+        files = {each.partition('::')[0] for each in self.collected}
+        tests = dict(sorted((name, result) for name, result in (kept | self.found).items()
+                            if name in self.collected or name.partition('::')[0] not in files))
         passed = sum(each['outcome'] == 'passed' for each in tests.values())
         publish(self.path.stem, 'What takes long: tests at their full length', [
             Row('tests that passed', 'tests run', passed / len(tests), 1.0, True,
