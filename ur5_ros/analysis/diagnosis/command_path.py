@@ -15,6 +15,8 @@ from ur5_ros.signals import JOINT_NAMES
 
 #: Longest delay that is tried [control periods], and rows that are compared.
 MAX_DELAY, ROWS = 1000, 3000
+#: One row in so many is looked at first.
+SCREEN = 10
 
 #: Share of the RMS that a cause of the path may leave unexplained.
 MAX_LEFT = 0.02
@@ -138,12 +140,23 @@ def _best_lag(late: np.ndarray, early: np.ndarray) -> tuple[int, float, float]:
     pick = np.unique(np.linspace(longest, n - 1, ROWS).astype(int))
     known, early_known = (np.isfinite(each).all(axis=1) for each in (late[pick], early))
     late, early = np.nan_to_num(late[pick]), np.nan_to_num(early)
+
+    def square(lag: int, step: int) -> tuple[float, int]:
+        """Return the sum of squares over every step-th row, and how many rows count."""
+        at = pick[::step] - lag
+        weight = known[::step] & early_known[at]
+        gap = late[::step] - early[at]
+        return np.einsum('ij,ij->i', gap, gap) @ weight, weight.sum()
+
+    # no mean is less than what some of the rows add to it: few lags need all of them
+    least = np.array([square(lag, SCREEN)[0] for lag in range(longest + 1)]) / (6 * len(pick))
     mean = np.full(longest + 1, np.inf)
-    for lag in range(longest + 1):
-        weight = known & early_known[pick - lag]
-        if weight.any():
-            gap = late - early[pick - lag]
-            mean[lag] = np.einsum('ij,ij->i', gap, gap) @ weight / (6 * weight.sum())
+    for lag in [0, *np.argsort(least, kind='stable')]:
+        if least[lag] * (1.0 - 1e-9) > mean.min():
+            break
+        total, count = square(lag, 1)
+        if count:
+            mean[lag] = total / (6 * count)
     best = int(np.argmin(mean))
     return best, float(np.sqrt(mean[best])), float(np.sqrt(mean[0]))
 
