@@ -48,6 +48,7 @@ def pytest_runtestloop():
     """Let the garbage collector look at what tests make, and at nothing older."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(10_000)
     gc.enable()
 
 
