@@ -53,9 +53,10 @@ def cast(camera: Camera, placed: Sequence[Placed], floor: float = 0.0) -> Pictur
               for _, corners in found]
     windows, shades = (np.array(each, dtype=float).reshape(-1, 4) for each in (seen, shaded))
     depth = np.empty((camera.height, camera.width), dtype=np.float32)
+    owner, normals = np.empty(depth.shape, np.int16), np.empty((*depth.shape, 3), np.float32)
     shadow, colour = np.empty(depth.shape, np.uint8), np.zeros((depth.size, 3), np.uint8)
-    ray_kernel.cast.run(1, (bodies, windows, shades, np.append(camera.view, floor), _LIGHTS), (),
-                        (depth, colour, shadow))
+    ray_kernel.cast.run(1, (bodies, windows, shades, np.append(camera.view, floor), _LIGHTS),
+                        (owner, normals), (depth, colour, shadow))
     return Picture(colour.reshape(*depth.shape, 3), depth, shadow)
 
 

@@ -15,6 +15,7 @@ TURN, PLACE, SIZE, BALL, COLOUR, COLUMNS = 1, 10, 13, 16, 20, 23
 FOCUS, FLOOR = 12, 13
 
 _DEPTHS, _BYTES = types.Array(types.float32, 2, 'C'), types.Array(types.uint8, 2, 'C')
+_OWNERS, _NORMALS = types.Array(types.int16, 2, 'C'), types.Array(types.float32, 3, 'C')
 _MISS = 1e30
 _NOTHING = (_MISS, (0.0, 0.0, 0.0))
 #: Distance from a surface at which its own shadow begins [m].
@@ -216,20 +217,20 @@ def find_shadows(bodies, shades, view, lights, owner, shadow):
                     shadow[row, column] = shades_floor(bodies[i], view, lights[0], u, v, w)
 
 
-@kernel(R2, R2, R2, R1, R2, _DEPTHS, _BYTES, _BYTES)
-def cast(bodies, windows, shades, view, lights, depth, colour, shadow):
+@kernel(R2, R2, R2, R1, R2, _OWNERS, _NORMALS, _DEPTHS, _BYTES, _BYTES)
+def cast(bodies, windows, shades, view, lights, owner, normals, depth, colour, shadow):
     """
     Write what each pixel sees.
 
     ``bodies``: A row of COLUMNS numbers each; colours are linear, 0 to 1; ``view``: eye, right,
     down, ahead, focus [pixels], floor [m]; ``lights``: unit direction towards each light, and its
-    strength; the first one throws shadows; ``depth``: written: how far ahead the nearest body is
+    strength; the first one throws shadows; ``owner``, ``normals``: working space, the body that a
+    pixel shows and its normal there; ``depth``: written: how far ahead the nearest body is
     [m]; infinite where there is none; ``colour``: written: red, green and blue, 0 to 255, a row a
     pixel; nothing where no body is.
     """
     height, width = depth.shape
-    owner = np.full((height, width), np.int16(-1))
-    normals = np.empty((height, width, 3), dtype=np.float32)
+    owner[:] = -1
     depth[:] = np.inf
     find_bodies(bodies, windows, view, depth, owner, normals)
     for row in range(height):
