@@ -42,9 +42,10 @@ def state_function(kernel: Kernel, *names: str, outputs: int = 1) -> Callable[..
 
     def function(*arguments: Any) -> Any:
         try:
-            if kernel.single(*arguments) == 0:
+            # many states are not offered: Numba explains a refusal at length
+            if arguments[0].ndim == 1 and kernel.single(*arguments) == 0:
                 return arguments[output]
-        except TypeError:  # many states, other types, or not compiled yet
+        except (AttributeError, TypeError):  # other types, or not compiled yet
             pass
         tails = [each.shape for each in arguments[inputs + 1:]]
         found = apply(kernel, names, arguments[:inputs], arguments[inputs], *tails)
