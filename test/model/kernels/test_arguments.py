@@ -244,9 +244,9 @@ def test_nothing_is_collected_while_a_kernel_is_compiled(tmp_path):
     from ur5_ros.model.kernels.compile_notice import on_compile
     on_compile(lambda name: print(gc.isenabled()))
     """
-    told = run(textwrap.dedent(watch) + CALL + 'print(gc.isenabled())',
-               NUMBA_CACHE_DIR=str(tmp_path)).splitlines()
-    assert (told[0], told[-1]) == ('False', 'True')
+    printed = run(textwrap.dedent(watch) + CALL + 'print(gc.isenabled())',
+                  NUMBA_CACHE_DIR=str(tmp_path)).splitlines()
+    assert (printed[0], printed[-1]) == ('False', 'True')
 
 
 def test_a_damaged_cache_does_no_harm(filled, cache):
