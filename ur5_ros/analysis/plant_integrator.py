@@ -44,6 +44,8 @@ class PlantModel:
         ``level``, ``offset`` (n, 6): [N m s/rad], [N m], [N m].
         """
         part, speed = self.friction, np.abs(qd)
+        if part.none:
+            return tuple(np.zeros((3, *qd.shape)))
         peak = np.maximum(part.static - part.coulomb, 0.0)
         level = part.coulomb + peak * np.exp(-np.square(speed / part.stribeck_velocity))
         level = part.temperature_factor * (level + part.load_factor * self._load(q, qd))

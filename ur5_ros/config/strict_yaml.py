@@ -37,17 +37,17 @@ def file_names(kind: str) -> list[str]:
 
 def named_file(kind: str, name: str) -> Path:
     """Return the path of a file of the package by its name, or of any YAML file by its path."""
-    choices = ', '.join(file_names(kind))
     if name.endswith(('.yaml', '.yml')) or '/' in name:
         path = Path(name).expanduser()
         if not path.is_file():
             raise InputError(f'no {kind} file {name}; give a path of a YAML file, '
-                             f'or one of: {choices}')
+                             f'or one of: {", ".join(file_names(kind))}')
         return path
-    if name not in file_names(kind):
-        raise InputError(f'unknown {kind} {name!r}; give one of: {choices}, '
+    path = config_folder() / f'{kind}s' / f'{name}.yaml'
+    if not path.is_file():
+        raise InputError(f'unknown {kind} {name!r}; give one of: {", ".join(file_names(kind))}, '
                          'or the path of a YAML file')
-    return config_folder() / f'{kind}s' / f'{name}.yaml'
+    return path
 
 
 try:
